@@ -1,0 +1,18 @@
+# Writes OUTPUT, a C++ file that holds every kernel source of SOURCES (a ;-list) as a string, so that the program runs from anywhere.
+# A string literal is cut into pieces, because compilers are only required to take 64 KiB of one.
+set(text "// Generated from kernels/ by cmake/embed_kernels.cmake.\n#include \"cl/kernel_sources.hpp\"\n\nnamespace clerestory::cl_source {\n\nconst std::map<std::string, std::string, std::less<>>& all() {\n    static const std::map<std::string, std::string, std::less<>> sources = {\n")
+foreach(source IN LISTS SOURCES)
+  get_filename_component(name "${source}" NAME)
+  file(READ "${source}" body)
+  string(LENGTH "${body}" length)
+  string(APPEND text "        {\"${name}\", std::string()")
+  set(at 0)
+  while(at LESS length)
+    string(SUBSTRING "${body}" ${at} 8000 piece)
+    string(APPEND text " +\n            R\"KERNEL(${piece})KERNEL\"")
+    math(EXPR at "${at} + 8000")
+  endwhile()
+  string(APPEND text "},\n")
+endforeach()
+string(APPEND text "    };\n    return sources;\n}\n\n}  // namespace clerestory::cl_source\n")
+file(WRITE "${OUTPUT}" "${text}")

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace clerestory {
+
+/// What went wrong, said for the person at the command line; `exit_code` is what the program ends with.
+class Error : public std::runtime_error {
+  public:
+    Error(int exit_code, const std::string& what) : std::runtime_error(what), exit_code_(exit_code) {}
+    [[nodiscard]] int exit_code() const noexcept { return exit_code_; }
+
+  private:
+    int exit_code_;
+};
+
+/// A flag or an argument that cannot be used.
+struct UsageError : Error {
+    explicit UsageError(const std::string& what) : Error(2, what) {}
+};
+
+/// A map, an image or a job file that cannot be used.
+struct InputError : Error {
+    explicit InputError(const std::string& what) : Error(3, what) {}
+};
+
+/// An OpenCL device or kernel that failed, or memory that the device does not have.
+struct DeviceError : Error {
+    explicit DeviceError(const std::string& what) : Error(4, what) {}
+};
+
+/// An output that could not be written.
+struct OutputError : Error {
+    explicit OutputError(const std::string& what) : Error(5, what) {}
+};
+
+}  // namespace clerestory

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+/// Floats on a page boundary, so that a CPU device can use them where they lie. Not zeroed. Movable.
+class PageBuffer {
+  public:
+    PageBuffer() = default;
+    explicit PageBuffer(std::size_t count);
+    [[nodiscard]] float* data() noexcept { return data_.get(); }
+    [[nodiscard]] const float* data() const noexcept { return data_.get(); }
+    [[nodiscard]] std::size_t size() const noexcept { return count_; }
+    float& operator[](std::size_t i) { return data_.get()[i]; }
+    const float& operator[](std::size_t i) const { return data_.get()[i]; }
+
+  private:
+    struct Free {
+        void operator()(float* p) const noexcept;
+    };
+    std::unique_ptr<float, Free> data_;
+    std::size_t count_ = 0;
+};
+
+/// An RGB radiance map in memory.
+///   rgb [3 * height * width]  linear, interleaved, row-major, top row first
+struct RadianceMap {
+    std::size_t width = 0;
+    std::size_t height = 0;
+    PageBuffer rgb;
+};
+
+/// An image with or without alpha, as `compare` reads it.
+///   rgb   [3 * height * width]  linear, interleaved, row-major, top row first
+///   alpha [height * width]      empty where the file has none
+struct Picture {
+    std::size_t width = 0;
+    std::size_t height = 0;
+    std::vector<float> rgb;
+    std::vector<float> alpha;
+};
+
+/// Limits on a file's claimed size, checked before any memory is taken.
+struct ReadLimits {
+    std::size_t max_side = std::size_t{1} << 20;
+    std::size_t max_texels = std::size_t{1} << 28;
+    std::size_t max_bytes = 0;  ///< memory that the decoded map may take; 0: what the machine has available
+};
+
+/// How to read a map.
+struct ReadOptions {
+    bool flip_y = false;  ///< the file's rows are stored bottom-up
+    ReadLimits limits;
+    std::filesystem::path oiio_module;  ///< the module that reads what is not EXR; empty: beside the program or in its lib folder
+    /// Called after rows [begin, end) of the map have their final values, in any order and from any thread but never
+    /// two at a time; lets work on the map overlap its decoding.
+    std::function<void(const RadianceMap& map, std::size_t begin, std::size_t end)> rows_ready;
+};
+
+/// Reads a latitude-longitude map. One channel is taken as grey; of several, R, G and B by name, else the first three;
+/// alpha is ignored. A data window that does not start at 0 is moved there. Throws InputError.
+RadianceMap read_map(const std::filesystem::path& file, const ReadOptions& options);
+
+/// Reads any image with its alpha. Throws InputError.
+Picture read_picture(const std::filesystem::path& file, const ReadOptions& options = {});
+
+/// One header attribute of an EXR file: text, or a number.
+struct HeaderValue {
+    std::string text;
+    double number = 0;
+    bool is_number = false;
+};
+using Header = std::map<std::string, HeaderValue>;
+
+/// Writes float RGBA (`rgba` [4 * height * width], top row first) with `header` as attributes; whole or not at all.
+/// Throws OutputError.
+void write_exr(const std::filesystem::path& file, std::size_t width, std::size_t height, const float* rgba,
+               const Header& header);
+
+/// The attributes of an EXR file that write_exr can write (text and numbers). Throws InputError.
+Header read_exr_header(const std::filesystem::path& file);
+
+/// Writes 8-bit PNG of `channels` 3 or 4, sRGB-tagged by gamma only; whole or not at all. Throws OutputError.
+void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
+               const unsigned char* pixels);
+
+}  // namespace clerestory
