@@ -58,7 +58,8 @@ struct ReadLimits {
 struct ReadOptions {
     bool flip_y = false;  ///< the file's rows are stored bottom-up
     ReadLimits limits;
-    std::filesystem::path oiio_module;  ///< the module that reads what is not EXR; empty: beside the program or in its lib folder
+    std::filesystem::path
+        oiio_module;  ///< the module that reads what is not EXR; empty: beside the program or in its lib folder
     /// Called after rows [begin, end) of the map have their final values, in any order and from any thread but never
     /// two at a time; lets work on the map overlap its decoding.
     std::function<void(const RadianceMap& map, std::size_t begin, std::size_t end)> rows_ready;

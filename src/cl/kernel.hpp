@@ -1,0 +1,112 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <CL/opencl.hpp>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <type_traits>
+
+#include "cl/buffer.hpp"
+#include "cl/device.hpp"
+#include "cl/program.hpp"
+
+namespace clerestory {
+
+/// The OpenCL C name of a C++ argument type; specialise it for a struct of shared_types.h.
+template <class T>
+struct KernelType;
+template <>
+struct KernelType<cl_float> {
+    static constexpr const char* name = "float";
+};
+template <>
+struct KernelType<cl_double> {
+    static constexpr const char* name = "double";
+};
+template <>
+struct KernelType<cl_int> {
+    static constexpr const char* name = "int";
+};
+template <>
+struct KernelType<cl_uint> {
+    static constexpr const char* name = "uint";
+};
+template <>
+struct KernelType<cl_ulong> {
+    static constexpr const char* name = "ulong";
+};
+template <>
+struct KernelType<cl_uchar> {
+    static constexpr const char* name = "uchar";
+};
+
+/// A one-dimensional range: `count` work-items, padded up to whole groups of `group`; kernels ignore the padding.
+struct Range {
+    std::size_t count = 0;
+    std::size_t group = 1;
+    [[nodiscard]] std::size_t padded() const noexcept { return (count + group - 1) / group * group; }
+};
+
+namespace detail {
+
+template <class T>
+struct Argument {
+    static std::string name() { return KernelType<T>::name; }
+    static void set(cl::Kernel& kernel, cl_uint index, const T& value) { kernel.setArg(index, value); }
+};
+template <class T>
+struct Argument<Buffer<T>> {
+    static std::string name() { return std::string(KernelType<std::remove_const_t<T>>::name) + "*"; }
+    static void set(cl::Kernel& kernel, cl_uint index, const Buffer<T>& buffer) {
+        kernel.setArg(index, buffer.handle());
+    }
+};
+
+/// Compares the kernel's own argument types with the C++ ones. Throws DeviceError.
+void check_arguments(const cl::Kernel& kernel, const std::string& label, const std::string* names, std::size_t count);
+
+}  // namespace detail
+
+/// A kernel whose arguments are checked by type when it is made: a float passed for a uint is otherwise accepted in
+/// silence. `Args` are scalars, or Buffer<T>.
+template <class... Args>
+class Kernel {
+  public:
+    Kernel(const Device& device, const Program& program, const char* name)
+        : queue_(device.queue()), label_(fmt::format("kernel {} of kernels/{}", name, program.file())) {
+        guarded([&] { kernel_ = cl::Kernel(program.handle(), name); });
+        const std::array<std::string, sizeof...(Args)> names = {detail::Argument<Args>::name()...};
+        detail::check_arguments(kernel_, label_, names.data(), names.size());
+    }
+
+    /// Enqueues; returns the event of the run. Arguments are read before it returns.
+    cl::Event operator()(Range range, const Args&... args) {
+        cl::Event event;
+        if (range.count == 0) return event;
+        guarded([&] {
+            cl_uint index = 0;
+            (detail::Argument<Args>::set(kernel_, index++, args), ...);
+            queue_.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(range.padded()), cl::NDRange(range.group),
+                                        nullptr, &event);
+        });
+        return event;
+    }
+
+  private:
+    template <class F>
+    void guarded(F&& action) const {
+        try {
+            action();
+        } catch (const cl::Error& error) {
+            throw DeviceError(fmt::format("{} failed in {}: {}", label_, error.what(), error_name(error.err())));
+        }
+    }
+
+    cl::CommandQueue queue_;
+    std::string label_;
+    cl::Kernel kernel_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,70 @@
+#include "cl/program.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <sstream>
+
+#include "cl/error_name.hpp"
+#include "cl/kernel_sources.hpp"
+#include "error.hpp"
+
+namespace clerestory {
+namespace {
+
+// -Werror is left to the tests: a driver's own new warning must not stop a user's render.
+constexpr const char* BUILD_OPTIONS = "-cl-std=CL1.2 -cl-kernel-arg-info";
+
+/// The name in a line of the form `#include "name"`, else empty.
+std::string_view included_name(std::string_view line) {
+    constexpr std::string_view lead = "#include \"";
+    if (line.substr(0, lead.size()) != lead) return {};
+    const auto end = line.find('"', lead.size());
+    return line.substr(lead.size(), end - lead.size());
+}
+
+void assemble(std::string_view file, std::set<std::string, std::less<>>& seen, std::string& out) {
+    const auto& sources = cl_source::all();
+    const auto found = sources.find(file);
+    if (found == sources.end()) throw DeviceError(fmt::format("no kernel source named {}", file));
+    if (!seen.emplace(file).second) return;
+    out += fmt::format("#line 1 \"kernels/{}\"\n", file);
+    std::istringstream lines(found->second);
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+        const auto name = included_name(line);
+        if (name.empty()) {
+            out += line;
+            out += '\n';
+            continue;
+        }
+        assemble(name, seen, out);
+        out += fmt::format("#line {} \"kernels/{}\"\n", number + 1, file);
+    }
+}
+
+}  // namespace
+
+std::string assembled_source(std::string_view file) {
+    std::set<std::string, std::less<>> seen;
+    std::string out;
+    assemble(file, seen, out);
+    return out;
+}
+
+Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
+    try {
+        program_ = cl::Program(device.context(), assembled_source(file));
+        program_.build(device.handle(), fmt::format("{} {}", BUILD_OPTIONS, defines).c_str());
+    } catch (const cl::BuildError& error) {
+        std::string log;
+        for (const auto& [unused, text] : error.getBuildLog()) log += text;
+        throw DeviceError(fmt::format("building kernels/{} on {} failed: {}\n{}", file, device.info().name,
+                                      error_name(error.err()), log));
+    } catch (const cl::Error& error) {
+        throw DeviceError(fmt::format("building kernels/{} on {} failed in {}: {}", file, device.info().name,
+                                      error.what(), error_name(error.err())));
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+/// One function a command: adds it to the program's command line; its work is done when the line is parsed.
+namespace clerestory::commands {
+
+void add_devices(CLI::App& app);
+
+}  // namespace clerestory::commands

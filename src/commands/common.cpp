@@ -1,0 +1,88 @@
+#include "commands/common.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "atomic_file.hpp"
+#include "clock.hpp"
+#include "error.hpp"
+
+namespace clerestory::commands {
+
+void add_common(CLI::App& command, Common& common, const std::string& example) {
+    const char* group = "Every command";
+    command.add_option("--json", common.json, "Write a JSON report to FILE, or to stdout with -")
+        ->type_name("FILE|-")
+        ->group(group);
+    command.add_flag("-q,--quiet", common.quiet, "No messages but warnings and errors")->group(group);
+    command.add_flag("-v,--verbose", common.verbose, "More messages: sizes, device, time by stage")->group(group);
+    command
+        .add_option("--device", common.device.selector,
+                    "OpenCL platform and device by number; see `clerestory devices`")
+        ->type_name("P:D")
+        ->group(group);
+    command.add_option("--threads", common.device.threads, "Compute units of the device to use; 0 is all of them")
+        ->type_name("N")
+        ->group(group);
+    command
+        .add_option("--work-group", common.device.work_group, "Work-items in a group; 0 is each kernel's own choice")
+        ->type_name("N")
+        ->group(group);
+    command.add_option("--seed", common.seed, "Seed of every random number; the same seed gives the same bits")
+        ->type_name("N")
+        ->capture_default_str()
+        ->group(group);
+    command.footer("\nExample:\n" + example);
+}
+
+void emit_json(const Common& common, const nlohmann::json& report) {
+    if (common.json.empty()) return;
+    const std::string text = report.dump(2) + "\n";
+    if (common.json != "-") {
+        write_text(common.json, text);
+        return;
+    }
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+        throw OutputError("the JSON report could not be written to stdout");
+    }
+}
+
+void say(const Common& common, const std::string& line) {
+    if (!common.quiet) fmt::print(stderr, "{}\n", line);
+}
+
+void detail(const Common& common, const std::string& line) {
+    if (common.verbose) fmt::print(stderr, "{}\n", line);
+}
+
+void warn(const Common& /*common*/, const std::string& line) { fmt::print(stderr, "warning: {}\n", line); }
+
+Progress::Progress(const Common& common, std::string title)
+    : title_(std::move(title)), shown_(!common.quiet && isatty(STDERR_FILENO) == 1), started_(seconds_now()) {}
+
+Progress::~Progress() {
+    if (dirty_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::update(double done, double total) {
+    constexpr double QUIET_SECONDS = 1;     // shorter work needs no bar
+    constexpr double REDRAW_SECONDS = 0.1;  // faster than this only costs
+    constexpr int WIDTH = 30;
+    const double now = seconds_now();
+    if (!shown_ || now - started_ < QUIET_SECONDS || now - drawn_ < REDRAW_SECONDS || total <= 0) return;
+    drawn_ = now;
+    dirty_ = true;
+    const double share = std::clamp(done / total, 0.0, 1.0);
+    const auto filled = static_cast<std::size_t>(share * WIDTH);
+    const double left = share > 0 ? (now - started_) * (1 - share) / share : 0;
+    fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %  {:.0f} s left", title_, std::string(filled, '#'),
+               std::string(WIDTH - filled, ' '), 100 * share, left);
+    std::fflush(stderr);
+}
+
+}  // namespace clerestory::commands

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "cl/device.hpp"
+
+namespace clerestory::commands {
+
+/// Flags that every command has.
+struct Common {
+    std::string json;  ///< file for the JSON report, "-" for stdout, empty for none
+    bool quiet = false;
+    bool verbose = false;
+    DeviceOptions device;
+    std::uint64_t seed = 1;
+};
+
+/// Adds --json, -q, -v, --device, --threads, --work-group and --seed, and `example` at the end of the help text.
+void add_common(CLI::App& command, Common& common, const std::string& example);
+
+/// Writes the report where --json says, whole or not at all; nothing without --json.
+void emit_json(const Common& common, const nlohmann::json& report);
+
+/// A line on stderr unless --quiet.
+void say(const Common& common, const std::string& line);
+/// A line on stderr only with --verbose.
+void detail(const Common& common, const std::string& line);
+/// A line on stderr always: results may not be what was wanted.
+void warn(const Common& common, const std::string& line);
+
+/// A bar on stderr for work that takes over a second; silent where stderr is no terminal or with --quiet.
+class Progress {
+  public:
+    Progress(const Common& common, std::string title);
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    ~Progress();
+
+    /// Draws the bar at `done` of `total`, at most ten times a second.
+    void update(double done, double total);
+
+  private:
+    std::string title_;
+    bool shown_;
+    double started_;
+    double drawn_ = 0;
+    bool dirty_ = false;
+};
+
+}  // namespace clerestory::commands
