@@ -1,13 +1,16 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
+#include <span>
 #include <string_view>
+#include <vector>
 
 namespace clerestory {
 
 /// A file that appears whole or not at all: written under a temporary name beside its target, and renamed by commit().
-/// Without commit() the temporary file is removed. Throws OutputError.
+/// Makes the folders it needs. Without commit() the temporary file is removed, and so are folders made for it.
+/// A target that is a device or a pipe (/dev/null) is written as it stands, since it cannot be renamed to. Throws
+/// OutputError.
 class AtomicFile {
   public:
     explicit AtomicFile(std::filesystem::path target);
@@ -15,15 +18,23 @@ class AtomicFile {
     AtomicFile& operator=(const AtomicFile&) = delete;
     ~AtomicFile();
 
-    /// Where to write until commit().
+    /// Where to write until commit(): an empty file with the target's suffix.
     [[nodiscard]] const std::filesystem::path& temporary() const noexcept { return temporary_; }
     void commit();
 
   private:
+    void make_folders(const std::filesystem::path& folder);
+    void clean_up() noexcept;
+
     std::filesystem::path target_;
     std::filesystem::path temporary_;
+    std::vector<std::filesystem::path> made_folders_;
+    bool in_place_ = false;
     bool committed_ = false;
 };
+
+/// Writes `bytes` to `target`, whole or not at all; makes the folders it needs. Throws OutputError.
+void write_bytes(const std::filesystem::path& target, std::span<const char> bytes);
 
 /// Writes `text` to `target`, whole or not at all; makes the folders it needs. Throws OutputError.
 void write_text(const std::filesystem::path& target, std::string_view text);

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+
+#include "image.hpp"
+
+namespace clerestory {
+
+/// Where decoded rows go: row r of the file begins at first + r * stride (floats). A negative stride turns the image
+/// over.
+struct Rows {
+    float* first = nullptr;
+    std::ptrdiff_t stride = 0;
+    [[nodiscard]] float* row(std::size_t r) const { return first + static_cast<std::ptrdiff_t>(r) * stride; }
+};
+
+/// An opened image file whose size is known and within the limits, and whose pixels have not been read yet.
+class ImageSource {
+  public:
+    ImageSource(std::size_t width, std::size_t height, std::size_t chunk_rows, bool has_alpha)
+        : width_(width), height_(height), chunk_rows_(chunk_rows), has_alpha_(has_alpha) {}
+    ImageSource(const ImageSource&) = delete;
+    ImageSource& operator=(const ImageSource&) = delete;
+    virtual ~ImageSource() = default;
+
+    [[nodiscard]] std::size_t width() const noexcept { return width_; }
+    [[nodiscard]] std::size_t height() const noexcept { return height_; }
+    /// Rows that are decoded together: reading is cheapest, and sometimes only possible, in multiples of it.
+    [[nodiscard]] std::size_t chunk_rows() const noexcept { return chunk_rows_; }
+    [[nodiscard]] bool has_alpha() const noexcept { return has_alpha_; }
+
+    /// Decodes rows [begin, end) to `rgb` (3 floats a texel) and, unless its `first` is null, `alpha` (1 float).
+    /// begin is a multiple of chunk_rows(), end too or the height. Throws InputError.
+    virtual void read_rows(std::size_t begin, std::size_t end, Rows rgb, Rows alpha) = 0;
+
+  private:
+    std::size_t width_;
+    std::size_t height_;
+    std::size_t chunk_rows_;
+    bool has_alpha_;
+};
+
+/// Refuses a claimed size that is empty or beyond `limits`. Throws InputError.
+void check_size(const std::filesystem::path& file, std::size_t width, std::size_t height, const ReadLimits& limits);
+
+/// Opens an EXR file. Throws InputError.
+std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& file, const ReadLimits& limits);
+
+/// Opens any other image through OpenImageIO, whose module is loaded on the first call. Throws InputError.
+std::unique_ptr<ImageSource> open_oiio(const std::filesystem::path& file, const ReadOptions& options);
+
+}  // namespace clerestory

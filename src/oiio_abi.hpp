@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// The C interface between the program and the module that holds OpenImageIO. Plain C types only: the two are compiled
+/// together, but a C++ exception or type must not cross where one side lacks OpenImageIO.
+namespace clerestory::oiio_abi {
+
+constexpr int VERSION = 1;
+constexpr std::size_t MESSAGE_SIZE = 1024;
+
+struct Info {
+    std::int64_t width;
+    std::int64_t height;
+    std::int64_t chunk_rows;   ///< rows that must be read together
+    std::int32_t has_alpha;    ///< 0 or 1
+    std::int32_t is_straight;  ///< 1: colour has not been multiplied by alpha yet
+    std::int32_t is_integer;   ///< 0: linear floats; 1: encoded for display, scaled to [0, 1]
+    std::int32_t orientation;  ///< as Exif numbers it; 1: the first row is the top one
+    double gamma;              ///< of the encoding, where the file says so; else 0 (integers are sRGB then)
+};
+
+struct Image;
+
+/// What the module exports under the name FUNCTIONS. Failures leave one line in `message` [MESSAGE_SIZE].
+struct Functions {
+    int version;
+    Image* (*open)(const char* file, Info* info, char* message);  ///< null on failure
+    /// Decodes rows [begin, end) to out [(end - begin) * width * (has_alpha ? 4 : 3)]; grey is given thrice. 0 on
+    /// failure.
+    int (*read)(Image* image, std::int64_t begin, std::int64_t end, float* out, char* message);
+    void (*close)(Image* image);
+};
+
+constexpr const char* FUNCTIONS = "clerestory_oiio_functions";
+
+}  // namespace clerestory::oiio_abi

@@ -1,0 +1,218 @@
+#include "image_files.hpp"
+
+#include <ImfChannelList.h>
+#include <ImfDeepFrameBuffer.h>
+#include <ImfDeepScanLineOutputPart.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
+#include <ImfTiledOutputFile.h>
+#include <half.h>
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+
+namespace clerestory::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Imf::Header header_of(const ExrLayout& layout, const std::vector<ExrChannel>& channels) {
+    const Imath::Box2i window({layout.origin_x, layout.origin_y},
+                              {layout.origin_x + layout.width - 1, layout.origin_y + layout.height - 1});
+    Imf::Header header(window, window);
+    header.compression() = layout.compression;
+    for (const ExrChannel& c : channels) {
+        header.channels().insert(c.name, Imf::Channel(c.type, c.sampling, c.sampling));
+    }
+    return header;
+}
+
+/// The values in the type of their channel, and slices over them.
+class Storage {
+  public:
+    Storage(const ExrLayout& layout, const std::vector<ExrChannel>& channels) {
+        for (const ExrChannel& c : channels) {
+            const std::size_t size = c.type == Imf::HALF ? 2 : 4;
+            std::vector<char> bytes(size * c.values.size());
+            for (std::size_t i = 0; i < c.values.size(); ++i) {
+                if (c.type == Imf::HALF) reinterpret_cast<half*>(bytes.data())[i] = half(c.values[i]);
+                if (c.type == Imf::FLOAT) reinterpret_cast<float*>(bytes.data())[i] = c.values[i];
+                if (c.type == Imf::UINT) {
+                    reinterpret_cast<std::uint32_t*>(bytes.data())[i] = static_cast<std::uint32_t>(c.values[i]);
+                }
+            }
+            columns_.push_back(std::move(bytes));
+            const Imath::V2i origin(layout.origin_x, layout.origin_y);
+            frame_.insert(c.name, Imf::Slice::Make(c.type, columns_.back().data(), origin, std::int64_t{layout.width},
+                                                   std::int64_t{layout.height}, std::size_t{0}, std::size_t{0},
+                                                   c.sampling, c.sampling));
+        }
+    }
+    [[nodiscard]] const Imf::FrameBuffer& frame() const { return frame_; }
+
+  private:
+    std::vector<std::vector<char>> columns_;
+    Imf::FrameBuffer frame_;
+};
+
+void append(std::string& bytes, const void* data, std::size_t size) {
+    bytes.append(static_cast<const char*>(data), size);
+}
+
+std::string pfm_header(const char* kind, int width, int height) {
+    return std::string(kind) + "\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
+}
+
+void write_pfm_rows(const fs::path& file, std::string bytes, int height, const std::vector<float>& values) {
+    const std::size_t row = values.size() / static_cast<std::size_t>(height);
+    for (std::size_t y = static_cast<std::size_t>(height); y-- > 0;) {
+        append(bytes, values.data() + y * row, row * sizeof(float));
+    }
+    write_raw(file, bytes);
+}
+
+}  // namespace
+
+void write_raw(const fs::path& file, const std::string& bytes) {
+    std::ofstream out(file, std::ios::binary);
+    if (!out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
+        throw std::runtime_error("cannot write " + file.string());
+    }
+}
+
+std::vector<float> ramp(std::size_t count, float scale) {
+    std::vector<float> values(count);
+    for (std::size_t i = 0; i < count; ++i) values[i] = scale * static_cast<float>(1 + i % 2039);
+    return values;
+}
+
+std::vector<float> channel(const std::vector<float>& rgb, std::size_t c, std::size_t channels) {
+    std::vector<float> values;
+    for (std::size_t i = c; i < rgb.size(); i += channels) values.push_back(rgb[i]);
+    return values;
+}
+
+void write_test_exr(const fs::path& file, const ExrLayout& layout, const std::vector<ExrChannel>& channels) {
+    const Storage storage(layout, channels);
+    Imf::Header header = header_of(layout, channels);
+    if (layout.tile_side == 0) {
+        Imf::OutputFile out(file.c_str(), header, 0);
+        out.setFrameBuffer(storage.frame());
+        out.writePixels(layout.height);
+        return;
+    }
+    const auto side = static_cast<unsigned>(layout.tile_side);
+    header.setTileDescription(
+        Imf::TileDescription(side, side, layout.mip_levels ? Imf::MIPMAP_LEVELS : Imf::ONE_LEVEL));
+    Imf::TiledOutputFile out(file.c_str(), header, 0);
+    out.setFrameBuffer(storage.frame());
+    for (int level = 0; level < out.numLevels(); ++level) {
+        out.writeTiles(0, out.numXTiles(level) - 1, 0, out.numYTiles(level) - 1, level);
+    }
+}
+
+void write_deep_then_flat(const fs::path& file, const ExrLayout& layout, const std::vector<ExrChannel>& channels) {
+    Imf::Header deep(layout.width, layout.height);
+    deep.setName("deep");
+    deep.setType(Imf::DEEPSCANLINE);
+    deep.compression() = Imf::ZIPS_COMPRESSION;
+    deep.channels().insert("Z", Imf::Channel(Imf::FLOAT));
+    Imf::Header flat = header_of(layout, channels);
+    flat.setName("flat");
+    flat.setType(Imf::SCANLINEIMAGE);
+    const Imf::Header headers[] = {deep, flat};
+    Imf::MultiPartOutputFile out(file.c_str(), headers, 2, false, 0);
+
+    const auto width = static_cast<std::size_t>(layout.width);
+    std::vector<unsigned> counts(width * static_cast<std::size_t>(layout.height), 0);
+    std::vector<float*> samples(counts.size(), nullptr);
+    Imf::DeepFrameBuffer deep_frame;
+    deep_frame.insertSampleCountSlice(
+        Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(unsigned), width * sizeof(unsigned)));
+    deep_frame.insert("Z", Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(samples.data()), sizeof(float*),
+                                          width * sizeof(float*), sizeof(float)));
+    Imf::DeepScanLineOutputPart deep_part(out, 0);
+    deep_part.setFrameBuffer(deep_frame);
+    deep_part.writePixels(layout.height);
+
+    const Storage storage(layout, channels);
+    Imf::OutputPart flat_part(out, 1);
+    flat_part.setFrameBuffer(storage.frame());
+    flat_part.writePixels(layout.height);
+}
+
+void write_pfm(const fs::path& file, int width, int height, const std::vector<float>& rgb) {
+    write_pfm_rows(file, pfm_header("PF", width, height), height, rgb);
+}
+
+void write_grey_pfm(const fs::path& file, int width, int height, const std::vector<float>& grey) {
+    write_pfm_rows(file, pfm_header("Pf", width, height), height, grey);
+}
+
+void write_rgbe(const fs::path& file, int width, int height, const std::vector<float>& rgb) {
+    std::string bytes =
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(height) + " +X " + std::to_string(width) + "\n";
+    for (std::size_t t = 0; t < rgb.size(); t += 3) {
+        int exponent = 0;
+        std::frexp(std::fmax(rgb[t], std::fmax(rgb[t + 1], rgb[t + 2])), &exponent);
+        for (std::size_t c = 0; c < 3; ++c)
+            bytes += static_cast<char>(std::lround(std::ldexp(rgb[t + c], 8 - exponent)));
+        bytes += static_cast<char>(exponent + 128);
+    }
+    write_raw(file, bytes);
+}
+
+void write_float_tiff(const fs::path& file, int width, int height, int channels, const std::vector<float>& values) {
+    struct Entry {
+        std::uint16_t tag, type;
+        std::uint32_t count, value;
+    };
+    const auto w = static_cast<std::uint32_t>(width);
+    const auto h = static_cast<std::uint32_t>(height);
+    const auto n = static_cast<std::uint32_t>(channels);
+    constexpr std::uint16_t SHORT = 3, LONG = 4;
+    constexpr std::uint32_t HEADER = 8, ENTRY = 12;
+    std::vector<Entry> entries = {{256, LONG, 1, w},
+                                  {257, LONG, 1, h},
+                                  {258, SHORT, n, 0},
+                                  {259, SHORT, 1, 1},
+                                  {262, SHORT, 1, n >= 3 ? 2U : 1U},
+                                  {273, LONG, 1, 0},
+                                  {277, SHORT, 1, n},
+                                  {278, LONG, 1, h},
+                                  {279, LONG, 1, w * h * n * 4},
+                                  {284, SHORT, 1, 1},
+                                  {339, SHORT, n, 0}};
+    if (n > 3) entries.insert(entries.end() - 1, {338, SHORT, 1, 1});
+    // Per-channel arrays of shorts lie after the directory: bits (32 each), sample formats (3: float).
+    const auto after = static_cast<std::uint32_t>(HEADER + 2 + ENTRY * entries.size() + 4);
+    std::string tail;
+    for (Entry& e : entries) {
+        if (e.tag == 273) e.value = after + 4 * n;
+        if (e.tag != 258 && e.tag != 339) continue;
+        const std::uint16_t each = e.tag == 258 ? 32 : 3;
+        e.value = after + static_cast<std::uint32_t>(tail.size());
+        if (n <= 2) e.value = n == 1 ? each : each * 0x10001U;
+        for (std::uint32_t c = 0; c < n; ++c) append(tail, &each, 2);
+    }
+    std::string bytes("II*\0\x08\0\0\0", HEADER);
+    const auto count = static_cast<std::uint16_t>(entries.size());
+    append(bytes, &count, 2);
+    for (const Entry& e : entries) {
+        append(bytes, &e.tag, 2);
+        append(bytes, &e.type, 2);
+        append(bytes, &e.count, 4);
+        append(bytes, &e.value, 4);
+    }
+    bytes += std::string(4, '\0') + tail;
+    append(bytes, values.data(), values.size() * sizeof(float));
+    write_raw(file, bytes);
+}
+
+}  // namespace clerestory::test

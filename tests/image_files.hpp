@@ -1,0 +1,59 @@
+#pragma once
+
+#include <ImfCompression.h>
+#include <ImfPixelType.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// Writers of small image files of every kind, independent of the program's own.
+namespace clerestory::test {
+
+/// One channel of an EXR file: `values` [height * width], top row first.
+struct ExrChannel {
+    std::string name;
+    Imf::PixelType type = Imf::FLOAT;
+    std::vector<float> values;
+    int sampling = 1;
+};
+
+struct ExrLayout {
+    int width = 0;
+    int height = 0;
+    int origin_x = 0;  ///< of the data window
+    int origin_y = 0;
+    int tile_side = 0;  ///< 0: scanlines
+    bool mip_levels = false;
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;
+};
+
+void write_test_exr(const std::filesystem::path& file, const ExrLayout& layout,
+                    const std::vector<ExrChannel>& channels);
+
+/// A file of two parts: deep samples first, then `channels`.
+void write_deep_then_flat(const std::filesystem::path& file, const ExrLayout& layout,
+                          const std::vector<ExrChannel>& channels);
+
+/// `rgb` [3 * height * width], top row first; PFM itself stores the bottom row first.
+void write_pfm(const std::filesystem::path& file, int width, int height, const std::vector<float>& rgb);
+/// Grey PFM of `grey` [height * width], top row first.
+void write_grey_pfm(const std::filesystem::path& file, int width, int height, const std::vector<float>& grey);
+
+/// Radiance RGBE without run lengths; every value must be one that RGBE holds.
+void write_rgbe(const std::filesystem::path& file, int width, int height, const std::vector<float>& rgb);
+
+/// Uncompressed little-endian float TIFF of `channels` interleaved channels.
+void write_float_tiff(const std::filesystem::path& file, int width, int height, int channels,
+                      const std::vector<float>& values);
+
+/// A picture whose every value differs and is exact in half, float and (`scale` a power of two) RGBE's shared exponent.
+std::vector<float> ramp(std::size_t count, float scale = 1.0F / 64);
+
+/// Channel `c` of interleaved `rgb` with `channels` channels.
+std::vector<float> channel(const std::vector<float>& rgb, std::size_t c, std::size_t channels = 3);
+
+void write_raw(const std::filesystem::path& file, const std::string& bytes);
+
+}  // namespace clerestory::test
