@@ -1,0 +1,67 @@
+// Types and constants that the kernels and the host share. Formulas are not shared: each side has its own.
+#ifndef CLERESTORY_SHARED_TYPES_H
+#define CLERESTORY_SHARED_TYPES_H
+
+#ifdef __OPENCL_VERSION__
+typedef uint shared_uint;
+typedef ulong shared_ulong;
+#else
+#include <CL/cl.h>
+namespace clerestory {
+typedef cl_uint shared_uint;
+typedef cl_ulong shared_ulong;
+#endif
+
+// A cumulative table counts in units of 2^-31, so that its end, one, fits into 32 bits beside every smaller value.
+#define TABLE_BITS 31
+#define TABLE_ONE 0x80000000u
+
+// Fixed point of a texel's intensity within its row: units of 2^-29 of the row's scale, which leaves room for a row
+// whose largest component is 4 after scaling.
+#define WEIGHT_BITS 29
+
+// What the counts of a row may lose to rounding in float32: a product is off by 2^-24 of itself, their sum by 2^7.
+#define ROUNDING_MARGIN 256u
+
+// Texels of a chunk, where a row is cut for several work-items.
+#define CHUNK_TEXELS 4096u
+
+// First word of a random stream's domain, so that no two uses share numbers.
+#define DOMAIN_SHARED 0u
+#define DOMAIN_PER_PIXEL 1u
+
+// What is wrong with a map's texels, and its brightest component. One a row, or one a chunk.
+//   first_bad: column of the first texel that is NaN, infinite or negative; width where there is none
+typedef struct {
+    shared_uint nan_count;
+    shared_uint inf_count;
+    shared_uint negative_count;
+    shared_uint zero_count;
+    shared_uint first_bad;
+    float max_component;
+} Census;
+
+// A row's exact sum of intensities: sum * 2^(exponent - WEIGHT_BITS), over `lit` texels.
+typedef struct {
+    shared_ulong sum;
+    int exponent;
+    shared_uint lit;
+} RowWeight;
+
+// Where a row lies on the sphere, from the nearer pole, which keeps full precision there.
+//   cap         sin^2(theta / 2) at the edge nearer the pole
+//   cap_step    its increase to the other edge
+//   pole        +1 where that pole is +y, -1 where it is -y
+//   solid_angle of one texel, steradian
+typedef struct {
+    float cap;
+    float cap_step;
+    float pole;
+    float solid_angle;
+} RowFrame;
+
+#ifndef __OPENCL_VERSION__
+}  // namespace clerestory
+#endif
+
+#endif

@@ -1,0 +1,57 @@
+#pragma OPENCL FP_CONTRACT OFF
+#include "draw.clh"
+#include "sequence.clh"
+
+/// Draws points 2k and 2k + 1 of a sequence's stream, one pair a work-item.
+///   texel     [count]      row * width + column
+///   direction [3 * count]  three planes: x, y, z; unit length
+///   pdf       [count]      per steradian
+///   drawn     [3 * count]  three planes: radiance of the texel, R, G, B
+/// Range: one work-item per pair. No local memory, no barrier.
+/// Error: texels exact; direction 3e-7 absolute, pdf 4 ulp (measured in tests/stage3_sample_test.cpp).
+/// Source: Pharr, Jakob, Humphreys, PBRT 4th ed., 2.4 and 12.5; the integer tables are this project's own.
+kernel void draw_samples(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
+                         global const uint* conditional, global const uint* conditional_guide, uint width,
+                         uint column_bits, global const RowFrame* frames, global const float* radiance,
+                         float inverse_width, float rotation, uint seed_low, uint seed_high, uint stream, uint first,
+                         uint count, global uint* texel, global float* direction, global float* pdf,
+                         global float* drawn) {
+    const uint item = (uint)get_global_id(0);
+    if (2u * item >= count) return;
+    const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
+    const uint4 points = random_points((uint2)(seed_low, seed_high), DOMAIN_SHARED, stream, first / 2u + item);
+    for (uint which = 0u; which < 2u; ++which) {
+        const uint at = 2u * item + which;
+        if (at >= count) return;
+        const Draw draw = draw_texel(tables, which == 0u ? points.xy : points.zw);
+        const RowFrame frame = frames[draw.row];
+        const float3 towards = draw_direction(draw, frame, inverse_width, rotation);
+        const size_t index = (size_t)draw.row * width + draw.column;
+        texel[at] = (uint)index;
+        direction[at] = towards.x;
+        direction[(size_t)count + at] = towards.y;
+        direction[2 * (size_t)count + at] = towards.z;
+        pdf[at] = draw_pdf(draw, frame);
+        drawn[at] = radiance[3 * index];
+        drawn[(size_t)count + at] = radiance[3 * index + 1];
+        drawn[2 * (size_t)count + at] = radiance[3 * index + 2];
+    }
+}
+
+/// The texel and the place within it of given points, for tests of every boundary.
+///   u      [2 * count]  pairs of 32-bit fractions
+///   texel  [count]
+///   within [2 * count]  pairs: of the way down the row, along the column
+/// Range: one work-item per point.
+kernel void locate_points(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
+                          global const uint* conditional, global const uint* conditional_guide, uint width,
+                          uint column_bits, global const uint* u, uint count, global uint* texel,
+                          global float* within) {
+    const uint at = (uint)get_global_id(0);
+    if (at >= count) return;
+    const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
+    const Draw draw = draw_texel(tables, (uint2)(u[2 * at], u[2 * at + 1]));
+    texel[at] = draw.row * width + draw.column;
+    within[2 * at] = draw.down;
+    within[2 * at + 1] = draw.along;
+}

@@ -1,0 +1,191 @@
+#include "distribution.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "cl/kernel.hpp"
+#include "cl/program.hpp"
+#include "cl/shared_kernel_types.hpp"
+
+namespace clerestory {
+namespace {
+
+// A guide of a quarter of a row's texels leaves two halvings on an even map and costs 1 byte a texel.
+constexpr unsigned COLUMN_GUIDE_SHRINK = 2;
+// Rows a compute unit should have before whole rows share the work out evenly.
+constexpr std::size_t ROWS_PER_UNIT = 8;
+
+unsigned bits_to_count(std::size_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
+
+using Floats = Buffer<cl_float>;
+using Uints = Buffer<cl_uint>;
+using Censuses = Buffer<Census>;
+using Weights = Buffer<RowWeight>;
+
+cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
+
+}  // namespace
+
+DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
+    : width(map.width),
+      height(map.height),
+      radiance(Floats::over(device, "the map", std::span<const float>(map.rgb.data(), map.rgb.size()))) {}
+
+struct TableBuilder::State {
+    explicit State(const Device& opened) : device(opened) {}
+
+    const Device& device;
+    Program stage1{device, "stage1_weight.cl"};
+    Program stage2{device, "stage2_cdf.cl"};
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks{device, stage1, "census_chunks"};
+    Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census{device, stage1, "join_census"};
+    Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks{
+        device, stage1, "sum_chunks"};
+    Kernel<Weights, cl_uint, cl_uint, Weights> join_weights{device, stage1, "join_weights"};
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Censuses, Weights, Uints> build_rows{
+        device, stage2, "build_rows"};
+    Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints>
+        scan_chunks{device, stage2, "scan_chunks"};
+    Kernel<Uints, cl_uint, cl_uint, Uints, Uints> scan_totals{device, stage2, "scan_totals"};
+    Kernel<Uints, Uints, cl_uint, cl_uint, cl_uint, Uints> finish_chunks{device, stage2, "finish_chunks"};
+    Kernel<Weights, Floats, cl_uint, Buffer<cl_ulong>, Uints> scan_marginal{device, stage2, "scan_marginal"};
+    Kernel<Uints, cl_uint, cl_uint, cl_uint, Uints> build_guides{device, stage2, "build_guides"};
+
+    /// Range of one work-item per row or chunk: few fat items, so small groups.
+    [[nodiscard]] Range fat(std::size_t count) const { return {count, device.work_group(1)}; }
+    [[nodiscard]] Range thin(std::size_t count) const { return {count, device.work_group(64)}; }
+
+    void count(const DeviceMap& map, std::size_t chunks, Censuses& rows) {
+        Censuses parts(device, "the chunks' census", map.height * chunks);
+        census_chunks(fat(parts.size()), map.radiance, narrow(map.width), narrow(chunks), narrow(parts.size()), parts);
+        join_census(thin(map.height), parts, narrow(map.width), narrow(chunks), narrow(map.height), rows);
+        device.finish();
+    }
+
+    void build_by_chunks(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
+                         Weights& weights, Uints& conditional) {
+        const std::size_t chunks = chunks_of(map.width);
+        const std::size_t items = map.height * chunks;
+        count(map, chunks, censuses);
+        Weights parts(device, "the chunks' weights", items);
+        Uints totals(device, "the chunks' totals", items);
+        Uints starts(device, "the chunks' starts", items);
+        Uints row_totals(device, "the rows' totals", map.height);
+        const auto w = narrow(map.width);
+        const auto c = narrow(chunks);
+        const auto n = narrow(items);
+        const auto h = narrow(map.height);
+        sum_chunks(fat(items), map.radiance, censuses, w, c, n, luminance[0], luminance[1], luminance[2], parts);
+        join_weights(thin(map.height), parts, c, h, weights);
+        scan_chunks(fat(items), map.radiance, censuses, weights, w, c, n, luminance[0], luminance[1], luminance[2],
+                    totals, conditional);
+        scan_totals(thin(map.height), totals, c, h, starts, row_totals);
+        finish_chunks(fat(items), starts, row_totals, w, c, n, conditional);
+        device.finish();
+    }
+
+    void build_by_rows(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
+                       Weights& weights, Uints& conditional) {
+        build_rows(fat(map.height), map.radiance, narrow(map.width), 0U, narrow(map.height), luminance[0], luminance[1],
+                   luminance[2], censuses, weights, conditional);
+        device.finish();
+    }
+
+    [[nodiscard]] static std::size_t chunks_of(std::size_t width) { return (width + CHUNK_TEXELS - 1) / CHUNK_TEXELS; }
+
+    [[nodiscard]] bool by_chunks(ScanPath path, std::size_t height) const {
+        if (path != ScanPath::automatic) return path == ScanPath::chunks;
+        return !device.info().is_cpu || height < ROWS_PER_UNIT * device.info().compute_units;
+    }
+};
+
+TableBuilder::TableBuilder(const Device& device) : state_(std::make_unique<State>(device)) {}
+TableBuilder::TableBuilder(TableBuilder&&) noexcept = default;
+TableBuilder& TableBuilder::operator=(TableBuilder&&) noexcept = default;
+TableBuilder::~TableBuilder() = default;
+
+MapCensus TableBuilder::census(const DeviceMap& map) {
+    Censuses rows(state_->device, "the rows' census", map.height);
+    state_->count(map, State::chunks_of(map.width), rows);
+    return clerestory::join_census(rows.download(), map.width);
+}
+
+Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& options) {
+    State& s = *state_;
+    const auto luminance = luminance_weights(options.luminance);
+    Distribution built;
+    built.width = map.width;
+    built.height = map.height;
+    built.row_bits = bits_to_count(map.height);
+    built.column_bits = std::max(bits_to_count(map.width), COLUMN_GUIDE_SHRINK) - COLUMN_GUIDE_SHRINK;
+    built.conditional = Uints(s.device, "the conditional tables", map.width * map.height);
+    Censuses censuses(s.device, "the rows' census", map.height);
+    Weights weights(s.device, "the rows' weights", map.height);
+    if (s.by_chunks(options.path, map.height)) {
+        s.build_by_chunks(map, luminance, censuses, weights, built.conditional);
+    } else {
+        s.build_by_rows(map, luminance, censuses, weights, built.conditional);
+    }
+    built.census = join_census(censuses.download(), map.width);
+    if (built.census.bad() != 0) {
+        throw InputError(describe_bad_texels(built.census) + "; --bad-texels zero blackens them");
+    }
+
+    const RowGeometry geometry = row_geometry(map.width, map.height);
+    built.frames = Buffer<RowFrame>(s.device, "the rows' frames", std::span<const RowFrame>(geometry.frames));
+    const Floats sines(s.device, "the rows' sines", std::span<const float>(geometry.sine));
+    Buffer<cl_ulong> shares(s.device, "the rows' shares", map.height);
+    built.marginal = Uints(s.device, "the marginal table", map.height);
+    s.scan_marginal({1, 1}, weights, sines, narrow(map.height), shares, built.marginal);
+
+    const std::size_t row_entries = (std::size_t{1} << built.row_bits) + 1;
+    const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * map.height;
+    built.marginal_guide = Uints(s.device, "the marginal's guide", row_entries);
+    built.conditional_guide = Uints(s.device, "the rows' guides", column_entries);
+    s.build_guides(s.thin(row_entries), built.marginal, narrow(map.height), 1U, built.row_bits, built.marginal_guide);
+    s.build_guides(s.thin(column_entries), built.conditional, narrow(map.width), narrow(map.height), built.column_bits,
+                   built.conditional_guide);
+
+    built.exponent = -126;  // the least that a row can have
+    const std::vector<double> solid_angles = texel_solid_angles(map.width, map.height);
+    const std::vector<RowWeight> rows = weights.download();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (rows[i].lit == 0) continue;
+        built.exponent = std::max(built.exponent, rows[i].exponent);
+        built.phi += solid_angles[i] * std::ldexp(static_cast<double>(rows[i].sum), rows[i].exponent - WEIGHT_BITS);
+    }
+    if (built.black()) built.exponent = 0;
+    s.device.finish();
+    return built;
+}
+
+std::vector<double> texel_solid_angles(std::size_t width, std::size_t height) {
+    constexpr double pi = std::numbers::pi;
+    const auto h = static_cast<double>(height);
+    const double factor = 2 * pi / static_cast<double>(width) * 2 * std::sin(pi / (2 * h));
+    std::vector<double> angles(height);
+    for (std::size_t i = 0; i < height; ++i) {
+        const auto from_pole = static_cast<double>(std::min(i, height - 1 - i));
+        angles[i] = factor * std::sin(pi * (from_pole + 0.5) / h);
+    }
+    return angles;
+}
+
+std::vector<double> texel_probabilities(const Distribution& distribution) {
+    const std::vector<cl_uint> rows = distribution.marginal.download();
+    const std::vector<cl_uint> columns = distribution.conditional.download();
+    std::vector<double> probabilities(columns.size());
+    const double unit = std::ldexp(1.0, -2 * TABLE_BITS);
+    for (std::size_t i = 0; i < distribution.height; ++i) {
+        const double row = static_cast<double>(rows[i] - (i == 0 ? 0 : rows[i - 1])) * unit;
+        for (std::size_t j = 0; j < distribution.width; ++j) {
+            const std::size_t at = i * distribution.width + j;
+            probabilities[at] = row * static_cast<double>(columns[at] - (j == 0 ? 0 : columns[at - 1]));
+        }
+    }
+    return probabilities;
+}
+
+}  // namespace clerestory

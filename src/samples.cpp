@@ -1,0 +1,99 @@
+#include "samples.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+
+#include "cl/kernel.hpp"
+#include "cl/program.hpp"
+#include "cl/shared_kernel_types.hpp"
+
+namespace clerestory {
+namespace {
+
+using Floats = Buffer<cl_float>;
+using Uints = Buffer<cl_uint>;
+
+cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
+
+}  // namespace
+
+std::string draw_defines(const Distribution& distribution, const SamplingOptions& options) {
+    return fmt::format("-DROW_STEPS={} -DCOLUMN_STEPS={} -DTEXEL_CENTRE={} -DGUIDED={}",
+                       std::bit_width(distribution.height - 1), std::bit_width(distribution.width - 1),
+                       options.place == TexelPlace::centre ? 1 : 0, options.guided ? 1 : 0);
+}
+
+float rotation_turns(double rotate_y_deg) {
+    const double turns = rotate_y_deg / 360;
+    return static_cast<float>(turns - std::floor(turns));
+}
+
+struct Sampler::State {
+    State(const Device& opened, const DeviceMap& lit, const Distribution& drawn_from, const SamplingOptions& chosen)
+        : device(opened), map(lit), distribution(drawn_from), options(chosen) {}
+
+    const Device& device;
+    const DeviceMap& map;
+    const Distribution& distribution;
+    SamplingOptions options;
+    Program program{device, "stage3_sample.cl", draw_defines(distribution, options)};
+    Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
+           cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Uints, Floats, Floats, Floats>
+        draw_samples{device, program, "draw_samples"};
+    Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Uints, cl_uint, Uints, Floats> locate_points{
+        device, program, "locate_points"};
+};
+
+Sampler::Sampler(const Device& device, const DeviceMap& map, const Distribution& distribution,
+                 const SamplingOptions& options)
+    : state_(std::make_unique<State>(device, map, distribution, options)) {
+    if (distribution.black()) throw InputError("the map is black: there is nothing to draw samples from");
+}
+Sampler::Sampler(Sampler&&) noexcept = default;
+Sampler& Sampler::operator=(Sampler&&) noexcept = default;
+Sampler::~Sampler() = default;
+
+SampleSet Sampler::allocate(std::size_t count) const {
+    const Device& device = state_->device;
+    SampleSet set;
+    set.count = count;
+    set.texel = Uints(device, "the samples' texels", count);
+    set.direction = Floats(device, "the samples' directions", 3 * count);
+    set.pdf = Floats(device, "the samples' densities", count);
+    set.radiance = Floats(device, "the samples' radiances", 3 * count);
+    return set;
+}
+
+SampleSet Sampler::draw(std::size_t count, std::size_t first) {
+    SampleSet set = allocate(count);
+    draw_into(set, first);
+    return set;
+}
+
+void Sampler::draw_into(SampleSet& set, std::size_t first) {
+    State& s = *state_;
+    const Distribution& d = s.distribution;
+    const Range range{(set.count + 1) / 2, s.device.work_group(256)};
+    s.draw_samples(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
+                   d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
+                   static_cast<float>(1.0 / static_cast<double>(d.width)), rotation_turns(s.options.rotate_y_deg),
+                   static_cast<cl_uint>(s.options.seed), static_cast<cl_uint>(s.options.seed >> 32), 0U, narrow(first),
+                   narrow(set.count), set.texel, set.direction, set.pdf, set.radiance);
+}
+
+Sampler::Located Sampler::locate(std::span<const cl_uint> points) {
+    State& s = *state_;
+    const Distribution& d = s.distribution;
+    const std::size_t count = points.size() / 2;
+    const Uints u(s.device, "the points", points);
+    Uints texel(s.device, "the points' texels", count);
+    Floats within(s.device, "the points' places", 2 * count);
+    s.locate_points({count, s.device.work_group(64)}, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits,
+                    d.conditional, d.conditional_guide, narrow(d.width), d.column_bits, u, narrow(count), texel,
+                    within);
+    return {texel.download(), within.download()};
+}
+
+}  // namespace clerestory

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cl/buffer.hpp"
+#include "cl/device.hpp"
+#include "distribution.hpp"
+
+namespace clerestory {
+
+/// Where points of a sample set come from.
+enum class Sequence { random };
+
+/// Where in its texel a sample lies.
+enum class TexelPlace { jitter, centre };
+
+struct SamplingOptions {
+    Sequence sequence = Sequence::random;
+    TexelPlace place = TexelPlace::jitter;
+    std::uint64_t seed = 1;
+    double rotate_y_deg = 0;  ///< added to phi of every direction
+    bool guided = true;       ///< searches start from guide tables; the results are the same
+};
+
+/// Samples on the device, an array a field.
+struct SampleSet {
+    std::size_t count = 0;
+    Buffer<cl_uint> texel;       ///< [count], row * width + column
+    Buffer<cl_float> direction;  ///< [3 * count], planes x, y, z; unit length, the rotation applied
+    Buffer<cl_float> pdf;        ///< [count], per steradian
+    Buffer<cl_float> radiance;   ///< [3 * count], planes R, G, B; as in the map
+};
+
+/// Compile-time choices of kernels that draw from `distribution`.
+std::string draw_defines(const Distribution& distribution, const SamplingOptions& options);
+
+/// `rotate_y_deg` as a part of a full turn, in [0, 1).
+float rotation_turns(double rotate_y_deg);
+
+/// Draws from one distribution; the kernels are compiled once, when it is made.
+class Sampler {
+  public:
+    /// The map and the distribution must outlive it.
+    Sampler(const Device& device, const DeviceMap& map, const Distribution& distribution,
+            const SamplingOptions& options);
+    Sampler(Sampler&&) noexcept;
+    Sampler& operator=(Sampler&&) noexcept;
+    ~Sampler();
+
+    /// Samples first .. first + count - 1 of the shared stream. `first` is even, count below 2^31.
+    SampleSet draw(std::size_t count, std::size_t first = 0);
+    /// The same, into memory that stands already.
+    void draw_into(SampleSet& set, std::size_t first = 0);
+    /// Memory for `count` samples.
+    [[nodiscard]] SampleSet allocate(std::size_t count) const;
+
+    /// Texels of given points (pairs of 32-bit fractions), and how far each lies through its row and column.
+    struct Located {
+        std::vector<cl_uint> texel;
+        std::vector<cl_float> within;
+    };
+    Located locate(std::span<const cl_uint> points);
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace clerestory

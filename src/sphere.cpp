@@ -1,0 +1,199 @@
+#include "sphere.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "cl/kernel.hpp"
+#include "cl/program.hpp"
+#include "cl/shared_kernel_types.hpp"
+#include "clock.hpp"
+
+namespace clerestory {
+namespace {
+
+using Floats = Buffer<cl_float>;
+using Uints = Buffer<cl_uint>;
+
+// Samples of a batch: 36 MB of records, which bounds the memory of any count.
+constexpr std::size_t BATCH = std::size_t{1} << 20;
+
+constexpr std::size_t PIXELS_WIDE_ON_CPU = 16;
+constexpr std::size_t REGISTERS = 4;
+
+cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
+
+/// 1 / (pi N), what each of N samples counts in the radiance of a white surface.
+float sample_share(std::size_t count) {
+    return static_cast<float>(1 / (std::numbers::pi * static_cast<double>(count)));
+}
+
+/// 2^-exponent; an exponent of a distribution lies within -126 .. 126.
+float map_scale(const Distribution& distribution) { return std::ldexp(1.0F, -distribution.exponent); }
+
+}  // namespace
+
+SphereView::SphereView(const Device& device, std::size_t size_of_side) : size(size_of_side) {
+    std::vector<cl_uint> pixels;
+    std::vector<double> normals;
+    const auto s = static_cast<double>(size);
+    for (std::size_t py = 0; py < size; ++py) {
+        const double y = 1 - 2 * (static_cast<double>(py) + 0.5) / s;
+        for (std::size_t px = 0; px < size; ++px) {
+            const double x = 2 * (static_cast<double>(px) + 0.5) / s - 1;
+            const double beside = x * x + y * y;
+            if (beside >= 1) continue;
+            pixels.push_back(narrow(py * size + px));
+            normals.insert(normals.end(), {x, y, std::sqrt(1 - beside)});
+        }
+    }
+    count = pixels.size();
+    stride = (count + PIXELS_PER_ITEM - 1) / PIXELS_PER_ITEM * PIXELS_PER_ITEM;
+    pixels.resize(stride, 0);
+    std::vector<cl_float> planes(3 * stride, 0.0F);
+    std::fill(planes.begin() + static_cast<std::ptrdiff_t>(2 * stride), planes.end(), 1.0F);
+    for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t c = 0; c < 3; ++c) planes[c * stride + i] = static_cast<float>(normals[3 * i + c]);
+    }
+    pixel = Uints(device, "the sphere's pixels", std::span<const cl_uint>(pixels));
+    normal = Floats(device, "the sphere's normals", std::span<const cl_float>(planes));
+}
+
+Floats SphereView::planes(const Device& device) const { return {device, "the sphere's radiance", 3 * stride}; }
+
+struct SharedShader::State {
+    explicit State(const Device& opened)
+        : device(opened),
+          pixels_per_item((opened.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1) * REGISTERS),
+          program(opened, "stage4_shade.cl",
+                  opened.info().is_cpu ? "-DPIXELS_WIDE=16 -DREGISTERS=4" : "-DPIXELS_WIDE=1 -DREGISTERS=4") {}
+
+    const Device& device;
+    std::size_t pixels_per_item;
+    Program program;
+    Kernel<Floats, Floats, Floats, cl_uint, cl_float, cl_float, Floats> weigh_lights{device, program, "weigh_lights"};
+    Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared{device, program, "shade_shared"};
+    double drawing_seconds = 0;
+};
+
+SharedShader::SharedShader(const Device& device) : state_(std::make_unique<State>(device)) {}
+SharedShader::SharedShader(SharedShader&&) noexcept = default;
+SharedShader& SharedShader::operator=(SharedShader&&) noexcept = default;
+SharedShader::~SharedShader() = default;
+
+double SharedShader::drawing_seconds() const noexcept { return state_->drawing_seconds; }
+
+void SharedShader::shade(Sampler& sampler, const Distribution& distribution, const SphereView& view, std::size_t count,
+                         Floats& white) {
+    State& s = *state_;
+    s.drawing_seconds = 0;
+    SampleSet set;
+    Floats lights;
+    for (std::size_t first = 0; first < count; first += BATCH) {
+        const std::size_t batch = std::min(BATCH, count - first);
+        const Stopwatch drawing;
+        if (set.count != batch) {
+            set = sampler.allocate(batch);
+            lights = Floats(s.device, "the lights", 8 * batch);
+        }
+        sampler.draw_into(set, first);
+        s.weigh_lights({batch, s.device.work_group(64)}, set.direction, set.pdf, set.radiance, narrow(batch),
+                       map_scale(distribution), sample_share(count), lights);
+        s.device.finish();
+        s.drawing_seconds += drawing.seconds();
+        const std::size_t items = view.stride / s.pixels_per_item;
+        s.shade_shared({items, s.device.work_group(4)}, view.normal, lights, narrow(batch), narrow(view.stride),
+                       narrow(items), first == 0 ? 0U : 1U, white);
+    }
+    s.device.finish();
+}
+
+struct PerPixelShader::State {
+    State(const Device& opened, const DeviceMap& lit, const Distribution& drawn_from, const SamplingOptions& chosen)
+        : device(opened), map(lit), distribution(drawn_from), options(chosen) {}
+
+    const Device& device;
+    const DeviceMap& map;
+    const Distribution& distribution;
+    SamplingOptions options;
+    Program program{device, "stage4_shade.cl", draw_defines(distribution, options)};
+    Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
+           cl_uint, cl_uint, cl_float, cl_float, cl_uint, cl_uint, Floats, Uints, cl_uint, Floats>
+        shade_per_pixel{device, program, "shade_per_pixel"};
+};
+
+PerPixelShader::PerPixelShader(const Device& device, const DeviceMap& map, const Distribution& distribution,
+                               const SamplingOptions& options)
+    : state_(std::make_unique<State>(device, map, distribution, options)) {
+    if (distribution.black()) throw InputError("the map is black: there is nothing to draw samples from");
+}
+PerPixelShader::PerPixelShader(PerPixelShader&&) noexcept = default;
+PerPixelShader& PerPixelShader::operator=(PerPixelShader&&) noexcept = default;
+PerPixelShader::~PerPixelShader() = default;
+
+void PerPixelShader::shade(const SphereView& view, std::size_t count, Floats& white) {
+    State& s = *state_;
+    const Distribution& d = s.distribution;
+    const Range range{view.stride, s.device.work_group(64)};
+    for (std::size_t k = 0; 2 * k < count; ++k) {
+        s.shade_per_pixel(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
+                          d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
+                          static_cast<float>(1.0 / static_cast<double>(d.width)),
+                          rotation_turns(s.options.rotate_y_deg), static_cast<cl_uint>(s.options.seed),
+                          static_cast<cl_uint>(s.options.seed >> 32), map_scale(d), sample_share(count), narrow(k),
+                          2 * k + 1 < count ? 1U : 0U, view.normal, view.pixel, narrow(view.stride), white);
+    }
+    s.device.finish();
+}
+
+struct Display::State {
+    explicit State(const Device& opened) : device(opened) {}
+
+    const Device& device;
+    Program program{device, "display.cl"};
+    Kernel<Floats, Uints, cl_uint, cl_uint, cl_float, cl_float, Floats> compose{device, program, "compose"};
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints> tone_map{device, program, "tone_map"};
+    Kernel<Uints, cl_uint, cl_uint, cl_uint, Uints> mark_samples{device, program, "mark_samples"};
+
+    Uints tone(std::span<const float> pixels, std::size_t channels, double gain, const ToneOptions& options) {
+        const std::size_t count = pixels.size() / channels;
+        const Floats from(device, "the picture", pixels);
+        Uints preview(device, "the preview", count);
+        tone_map({count, device.work_group(64)}, from, narrow(channels), narrow(count),
+                 static_cast<float>(gain * options.exposure), static_cast<float>(1 / options.gamma), preview);
+        return preview;
+    }
+};
+
+Display::Display(const Device& device) : state_(std::make_unique<State>(device)) {}
+Display::Display(Display&&) noexcept = default;
+Display& Display::operator=(Display&&) noexcept = default;
+Display::~Display() = default;
+
+std::vector<float> Display::compose(const SphereView& view, const Floats& white, double gain, int exponent) {
+    State& s = *state_;
+    // Half of the power of two with each factor: 2^exponent times the gain may leave float32 where the result does not.
+    const int half = exponent / 2;
+    const auto gain_a = static_cast<float>(std::ldexp(gain, half));
+    const auto gain_b = std::ldexp(1.0F, exponent - half);
+    Floats rgba(s.device, "the picture", 4 * view.size * view.size);
+    rgba.fill(0.0F);
+    s.compose({view.count, s.device.work_group(64)}, white, view.pixel, narrow(view.count), narrow(view.stride), gain_a,
+              gain_b, rgba);
+    return rgba.download();
+}
+
+std::vector<cl_uint> Display::preview(std::span<const float> pixels, std::size_t channels, const ToneOptions& tone) {
+    return state_->tone(pixels, channels, 1, tone).download();
+}
+
+std::vector<cl_uint> Display::marked_preview(const RadianceMap& map, double scale, const ToneOptions& tone,
+                                             const Uints& texel) {
+    State& s = *state_;
+    Uints preview = s.tone({map.rgb.data(), map.rgb.size()}, 3, scale, tone);
+    s.mark_samples({texel.size(), s.device.work_group(64)}, texel, narrow(texel.size()), narrow(map.width),
+                   narrow(map.height), preview);
+    return preview.download();
+}
+
+}  // namespace clerestory
