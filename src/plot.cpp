@@ -26,8 +26,10 @@ constexpr const char* GEOMETRY_TAG = "clerestory-geometry";
 std::string quoted(const std::string& text) {
     std::string out = "'";
     for (const char c : text) {
-        if (c == '\'') out += "''";
-        else out += c == '\n' || c == '\r' ? ' ' : c;
+        if (c == '\'')
+            out += "''";
+        else
+            out += c == '\n' || c == '\r' ? ' ' : c;
     }
     return out + "'";
 }
@@ -44,15 +46,15 @@ std::string axis_script(char letter, const Axis& axis) {
     if (axis.tick_step) out += fmt::format("set {}tics {}\n", letter, *axis.tick_step);
     if (axis.logarithmic) out += fmt::format("set logscale {} 10\n", letter);
     const char* automatic = axis.logarithmic ? "10^{%T}" : "%g";
-    out += fmt::format("set format {} {}\n", letter,
-                       quoted(axis.tick_format.empty() ? automatic : axis.tick_format));
+    out += fmt::format("set format {} {}\n", letter, quoted(axis.tick_format.empty() ? automatic : axis.tick_format));
     return out;
 }
 
 bool drawable(const Axis& axis, double value) { return std::isfinite(value) && (!axis.logarithmic || value > 0); }
 
 /// `columns` side by side as a gnuplot data block; rows that cannot be drawn break the line.
-std::string data_block(const std::string& name, const Plot& plot, const std::vector<const std::vector<double>*>& columns) {
+std::string data_block(const std::string& name, const Plot& plot,
+                       const std::vector<const std::vector<double>*>& columns) {
     std::string out = fmt::format("${} << EOD\n", name);
     std::size_t drawn = 0;
     for (std::size_t row = 0; row < columns[0]->size(); ++row) {
@@ -88,8 +90,9 @@ void add_band(const Plot& plot, const Band& band, Layers& layers) {
     check_lengths(plot, band.label, {band.x.size(), band.low.size(), band.high.size()});
     const auto name = fmt::format("data_{}", layers.elements.size());
     layers.data += data_block(name, plot, {&band.x, &band.low, &band.high});
-    layers.elements.push_back(fmt::format("${} using 1:2:3 with filledcurves fc rgb '{}' fs transparent solid 0.25 noborder {}",
-                                          name, ink_of(band.colour).light, key_title(band.label)));
+    layers.elements.push_back(
+        fmt::format("${} using 1:2:3 with filledcurves fc rgb '{}' fs transparent solid 0.25 noborder {}", name,
+                    ink_of(band.colour).light, key_title(band.label)));
 }
 
 void add_curve(const Plot& plot, const Curve& curve, std::size_t index, Layers& layers) {
@@ -121,10 +124,13 @@ void add_curve(const Plot& plot, const Curve& curve, std::size_t index, Layers& 
 std::string mark_script(const Mark& mark) {
     const bool vertical = mark.direction == Direction::vertical;
     const auto place = [&](const std::string& along) {
-        return vertical ? fmt::format("first {}, graph {}", mark.at, along) : fmt::format("graph {}, first {}", along, mark.at);
+        return vertical ? fmt::format("first {}, graph {}", mark.at, along)
+                        : fmt::format("graph {}, first {}", along, mark.at);
     };
+    // gnuplot centres a rotated text a little left of its place.
+    const char* sideways = mark.side == Side::before ? "-1" : "1.4";
     const char* sign = mark.side == Side::before ? "-" : "";
-    const auto offset = vertical ? fmt::format("rotate by 90 offset character {}0.9,0", sign)
+    const auto offset = vertical ? fmt::format("rotate by 90 offset character {},0", sideways)
                                  : fmt::format("offset character 0,{}0.6", sign);
     return fmt::format("set arrow from {} to {} nohead lc rgb '{}' lw 1.5 dt (4,4) front\n", place("0"), place("1"),
                        MARK_INK.light) +
@@ -136,8 +142,9 @@ std::string terminal_script(const Plot& plot, Terminal terminal) {
         return fmt::format("set terminal svg size {},{} dynamic font 'sans-serif,14' name '{}'\n", plot.width,
                            plot.height, plot.name);
     }
-    return fmt::format("set terminal pngcairo size {},{} font 'sans-serif,14' fontscale {} linewidth {} pointscale {}\n",
-                       PNG_SCALE * plot.width, PNG_SCALE * plot.height, 0.75 * PNG_SCALE, PNG_SCALE, PNG_SCALE);
+    return fmt::format(
+        "set terminal pngcairo size {},{} font 'sans-serif,14' fontscale {} linewidth {} pointscale {}\n",
+        PNG_SCALE * plot.width, PNG_SCALE * plot.height, 0.75 * PNG_SCALE, PNG_SCALE, PNG_SCALE);
 }
 
 std::string script(const Plot& plot, Terminal terminal) {
@@ -147,7 +154,7 @@ std::string script(const Plot& plot, Terminal terminal) {
     if (layers.elements.empty()) throw OutputError(fmt::format("plot {}: nothing to draw", plot.name));
     std::string out = "set encoding utf8\nset minussign\n" + terminal_script(plot, terminal);
     out += fmt::format("set title {} noenhanced\n", quoted(plot.title));
-    out += "set key tmargin center horizontal samplen 3 width 1\n";  // above the axes: it can't cover a curve
+    out += "set key tmargin center horizontal Left reverse samplen 3\n";  // above the axes: it can't cover a curve
     out += fmt::format("set border 3 lc rgb '{0}'\nset tics nomirror out textcolor rgb '{0}'\n", INK.light);
     out += fmt::format("set grid lc rgb '{}' lt 1 lw 1\n", GRID_INK.light);
     out += axis_script('x', plot.x) + axis_script('y', plot.y);
@@ -192,7 +199,7 @@ void check_name(const std::string& name) {
 std::string svg(const Plot& plot) {
     check_name(plot.name);
     const auto drawing = run_gnuplot(script(plot, Terminal::svg));
-    return themed_svg(drawing.output, plot.name, plot.title, geometry_of(drawing.messages, plot));
+    return themed_svg(drawing.output, plot, geometry_of(drawing.messages, plot));
 }
 
 std::string png(const Plot& plot) {

@@ -15,10 +15,10 @@ enum class Colour { blue, vermillion, green, purple, orange, sky };
 enum class Style { line, points, line_with_points };
 
 struct Axis {
-    std::string title;
-    std::string unit;  ///< written in brackets after the title; empty for pure numbers
-    std::optional<double> min, max;
-    std::optional<double> tick_step;
+    std::string title = {};
+    std::string unit = {};                     ///< written in brackets after the title; empty for pure numbers
+    std::optional<double> min = {}, max = {};  ///< the data's own without
+    std::optional<double> tick_step = {};
     bool logarithmic = false;
     std::string tick_format = {};  ///< as gnuplot writes it; empty: plain numbers, powers of ten on a logarithmic axis
 };
@@ -31,7 +31,8 @@ struct Curve {
     std::vector<double> x, y;
     Style style = Style::line;
     std::vector<double> low = {}, high = {};
-    std::optional<Colour> colour = {};  ///< the next one of the palette without; each colour has its own dashes and marks
+    std::optional<Colour> colour =
+        {};  ///< the next one of the palette without; each colour has its own dashes and marks
 };
 
 /// A shaded area between two curves.
@@ -72,8 +73,9 @@ struct Plot {
 
 /// The plot as SVG that starts with its <svg> element, so that it is a file and a part of an HTML page alike. It has a
 /// viewBox and no fixed size, and changes its colours on a dark screen. Its data- attributes tell where data lie:
-/// data-box "left top right bottom" in the viewBox, data-x-range and data-y-range "min max"; the curve number i
-/// (from 1, in the order of `bands`, then `curves`) is the group NAME_plot_i. Throws OutputError.
+/// data-box "left top right bottom" in the viewBox, data-x-range and data-y-range "min max", data-x-scale and
+/// data-y-scale "linear" or "log"; the i-th of `bands` and `curves` (from 1) is the group NAME_plot_i. Throws
+/// OutputError.
 std::string svg(const Plot& plot);
 
 /// The plot as PNG, at twice the viewBox's size. Throws OutputError.

@@ -67,11 +67,20 @@ std::string escaped(std::string_view text) {
     std::string out;
     for (const char c : text) {
         switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            case '"': out += "&quot;"; break;
-            default: out += c;
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '>':
+                out += "&gt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            default:
+                out += c;
         }
     }
     return out;
@@ -90,13 +99,18 @@ std::string dark_rules(const std::string& name) {
     return fmt::format("<style>@media screen and (prefers-color-scheme:dark){{{}}}</style>", rules);
 }
 
-std::string opening(const std::string& name, const std::string& title, std::string_view view_box, const Geometry& g) {
+const char* scale_of(const Axis& axis) { return axis.logarithmic ? "log" : "linear"; }
+
+std::string opening(const Plot& plot, std::string_view view_box, const Geometry& g) {
+    const auto title = escaped(plot.title);
     return fmt::format(
-        "<svg id=\"{0}\" class=\"clerestory-plot\" role=\"img\" aria-label=\"{1}\" viewBox=\"{2}\" "
-        "xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" "
-        "data-box=\"{3} {4} {5} {6}\" data-x-range=\"{7} {8}\" data-y-range=\"{9} {10}\">\n<title>{1}</title>\n{11}\n",
-        name, escaped(title), view_box, g.left, g.top, g.right, g.bottom, g.x_min, g.x_max, g.y_min, g.y_max,
-        dark_rules(name));
+               "<svg id=\"{}\" class=\"clerestory-plot\" role=\"img\" aria-label=\"{}\" viewBox=\"{}\" "
+               "xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" ",
+               plot.name, title, view_box) +
+           fmt::format("data-box=\"{:.2f} {:.2f} {:.2f} {:.2f}\" data-x-range=\"{} {}\" data-y-range=\"{} {}\" ",
+                       g.left, g.top, g.right, g.bottom, g.x_min, g.x_max, g.y_min, g.y_max) +
+           fmt::format("data-x-scale=\"{}\" data-y-scale=\"{}\">\n<title>{}</title>\n{}\n", scale_of(plot.x),
+                       scale_of(plot.y), title, dark_rules(plot.name));
 }
 
 /// The text between `before` and `after`, both searched from the start. Throws OutputError.
@@ -113,8 +127,7 @@ std::string_view between(std::string_view text, std::string_view before, std::st
 
 Ink ink_of(Colour colour) { return PALETTE.at(static_cast<std::size_t>(colour)); }
 
-std::string themed_svg(std::string_view drawn, const std::string& name, const std::string& title,
-                       const Geometry& geometry) {
+std::string themed_svg(std::string_view drawn, const Plot& plot, const Geometry& geometry) {
     const auto view_box = between(drawn, "viewBox=\"", "\"");
     const auto canvas = drawn.find("<g id=\"gnuplot_canvas\">");
     if (canvas == std::string_view::npos) {
@@ -126,12 +139,12 @@ std::string themed_svg(std::string_view drawn, const std::string& name, const st
     replace_all(body, "fill=\"none\"/>\n<defs>", ground + "/>\n<defs>");
     for (const char quote : {'"', '\''}) {
         for (const char* id : {"gnuplot_canvas", "gpDot", "gpPt", "textbox", "greybox"}) {
-            replace_all(body, fmt::format("id={}{}", quote, id), fmt::format("id={}{}_{}", quote, name, id));
+            replace_all(body, fmt::format("id={}{}", quote, id), fmt::format("id={}{}_{}", quote, plot.name, id));
             replace_all(body, fmt::format("xlink:href={}#{}", quote, id),
-                        fmt::format("xlink:href={}#{}_{}", quote, name, id));
+                        fmt::format("xlink:href={}#{}_{}", quote, plot.name, id));
         }
     }
-    return opening(name, title, view_box, geometry) + body;
+    return opening(plot, view_box, geometry) + body;
 }
 
 }  // namespace clerestory::plot

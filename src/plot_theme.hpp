@@ -30,9 +30,9 @@ struct Geometry {
     double x_min = 0, x_max = 0, y_min = 0, y_max = 0;
 };
 
-/// gnuplot's SVG made fit for a page: no XML prolog, every id led by `name`, a ground, colours that follow the screen's
-/// light or dark scheme, `title` for readers that cannot see, and the geometry as data- attributes.
-std::string themed_svg(std::string_view drawn, const std::string& name, const std::string& title,
-                       const Geometry& geometry);
+/// gnuplot's SVG made fit for a page: no XML prolog, every id led by the plot's name, a ground, colours that follow the
+/// screen's light or dark scheme, the title for readers that cannot see, and the geometry as data- attributes.
+/// Throws OutputError.
+std::string themed_svg(std::string_view drawn, const Plot& plot, const Geometry& geometry);
 
 }  // namespace clerestory::plot
