@@ -16,6 +16,7 @@ constexpr int EXIT_DEVICE = 4;
 void add_commands(CLI::App& app) {
     using namespace clerestory::commands;
     add_devices(app);
+    add_fresnel(app);
 }
 
 int run(int argc, char** argv) {

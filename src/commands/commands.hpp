@@ -6,5 +6,6 @@
 namespace clerestory::commands {
 
 void add_devices(CLI::App& app);
+void add_fresnel(CLI::App& app);
 
 }  // namespace clerestory::commands
