@@ -195,6 +195,11 @@ class ExrSource final : public ImageSource {
         }
     }
 
+    [[nodiscard]] bool rings() const noexcept override {
+        const Imf::Compression compression = opened_->header().compression();
+        return compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION;
+    }
+
     void read_rows(std::size_t begin, std::size_t end, Rows rgb, Rows alpha) override {
         guarded(file_, [&] {
             if (tiles_) {

@@ -129,15 +129,32 @@ class BandQueue {
     bool finished_ = false;
 };
 
-/// Decodes band after band in a thread of its own, while `use` works on the rows that are done in this one.
+/// Rows [begin, end) as a map has them; the count is that of RadianceMap::ringing.
+std::size_t read_map_rows(ImageSource& source, std::size_t begin, std::size_t end, Rows rgb) {
+    source.read_rows(begin, end, rgb, {});
+    if (!source.rings()) return 0;
+    std::size_t count = 0;
+    for (std::size_t r = begin; r < end; ++r) {
+        float* row = rgb.row(r);
+        for (std::size_t i = 0; i < 3 * source.width(); ++i) {
+            count += row[i] < 0.0F;
+            row[i] = row[i] < 0.0F ? 0.0F : row[i];  // NaN stays
+        }
+    }
+    return count;
+}
+
+/// Decodes band after band in a thread of its own, while `use` works on the rows that are done in this one; the count
+/// is that of RadianceMap::ringing.
 template <class Use>
-void read_overlapped(ImageSource& source, Rows rgb, std::size_t rows, Use use) {
+std::size_t read_overlapped(ImageSource& source, Rows rgb, std::size_t rows, Use use) {
+    std::size_t ringing = 0;
     BandQueue queue;
     std::jthread decoder([&](const std::stop_token& stop) {
         try {
             for (std::size_t begin = 0; begin < source.height() && !stop.stop_requested(); begin += rows) {
                 const std::size_t end = std::min(begin + rows, source.height());
-                source.read_rows(begin, end, rgb, {});
+                ringing += read_map_rows(source, begin, end, rgb);
                 queue.push({begin, end});
             }
             queue.finish(nullptr);
@@ -146,6 +163,8 @@ void read_overlapped(ImageSource& source, Rows rgb, std::size_t rows, Use use) {
         }
     });
     for (BandQueue::Band band; queue.pop(band);) use(band.begin, band.end);
+    decoder.join();
+    return ringing;
 }
 
 }  // namespace
@@ -179,7 +198,7 @@ RadianceMap read_map(const fs::path& file, const ReadOptions& options) {
     check_memory(file, *source, 3 * sizeof(float), options.limits);
     const std::size_t width = source->width();
     const std::size_t height = source->height();
-    RadianceMap map{width, height, PageBuffer(3 * width * height)};
+    RadianceMap map{width, height, PageBuffer(3 * width * height), 0};
     Rows rgb{map.rgb.data(), static_cast<std::ptrdiff_t>(3 * width)};
     if (options.flip_y) rgb = {rgb.row(height - 1), -rgb.stride};
 
@@ -193,9 +212,9 @@ RadianceMap read_map(const fs::path& file, const ReadOptions& options) {
     };
     const std::size_t rows = band_rows(*source);
     if (options.rows_ready && rows < height) {
-        read_overlapped(*source, rgb, rows, ready);
+        map.ringing = read_overlapped(*source, rgb, rows, ready);
     } else {
-        source->read_rows(0, height, rgb, {});
+        map.ringing = read_map_rows(*source, 0, height, rgb);
         ready(0, height);
     }
     return map;

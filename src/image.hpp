@@ -35,6 +35,7 @@ struct RadianceMap {
     std::size_t width = 0;
     std::size_t height = 0;
     PageBuffer rgb;
+    std::size_t ringing = 0;  ///< negative values that lossy compression (DWA) had left, read as 0
 };
 
 /// An image with or without alpha, as `compare` reads it.
@@ -66,10 +67,13 @@ struct ReadOptions {
 };
 
 /// Reads a latitude-longitude map. One channel is taken as grey; of several, R, G and B by name, else the first three;
-/// alpha is ignored. A data window that does not start at 0 is moved there. Throws InputError.
+/// alpha is ignored. A data window that does not start at 0 is moved there. Floats are taken as linear; integers as
+/// sRGB, or as encoded with the gamma that the file names. Negative values of a file whose compression rings (DWA) are
+/// its error, not radiance, and become 0; all other bad values are left as they are. Throws InputError.
 RadianceMap read_map(const std::filesystem::path& file, const ReadOptions& options);
 
-/// Reads any image with its alpha. Throws InputError.
+/// Reads any image with its alpha, colour multiplied by it and linear as in read_map; no value is repaired. Throws
+/// InputError.
 Picture read_picture(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// One header attribute of an EXR file: text, or a number.

@@ -31,6 +31,9 @@ class ImageSource {
     [[nodiscard]] std::size_t chunk_rows() const noexcept { return chunk_rows_; }
     [[nodiscard]] bool has_alpha() const noexcept { return has_alpha_; }
 
+    /// Whether the file's compression leaves small negative values beside bright ones.
+    [[nodiscard]] virtual bool rings() const noexcept { return false; }
+
     /// Decodes rows [begin, end) to `rgb` (3 floats a texel) and, unless its `first` is null, `alpha` (1 float).
     /// begin is a multiple of chunk_rows(), end too or the height. Throws InputError.
     virtual void read_rows(std::size_t begin, std::size_t end, Rows rgb, Rows alpha) = 0;
