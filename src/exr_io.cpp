@@ -35,7 +35,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// From this many texels on, OpenEXR's threads save more than starting them costs (bench/image_bench.cpp).
+/// From this many texels on, OpenEXR's threads save more than starting them costs.
 constexpr std::size_t THREADED_TEXELS = std::size_t{1} << 18;
 
 int decoder_threads(std::size_t texels) {
@@ -269,7 +269,9 @@ class MemoryStream final : public Imf::OStream {
 
 Imf::Header exr_header(int width, int height, const Header& values) {
     Imf::Header header(width, height);
-    header.compression() = Imf::ZIPS_COMPRESSION;
+    // Noisy float pixels hardly shrink: of a 511 x 511 sphere RLE saves 30 % for 4 times the time of writing it
+    // plainly, ZIP 45 % for 18 times.
+    header.compression() = Imf::NO_COMPRESSION;
     for (const char* name : {"R", "G", "B", "A"}) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
     for (const auto& [name, value] : values) {
         if (value.is_number) {
@@ -296,10 +298,8 @@ void write_exr(const fs::path& file, std::size_t width, std::size_t height, cons
     }
     MemoryStream stream;
     try {
-        start_threads(width * height);
         stream.reserve(width * height * 4 * sizeof(float));
-        Imf::OutputFile out(stream, exr_header(static_cast<int>(width), static_cast<int>(height), header),
-                            decoder_threads(width * height));
+        Imf::OutputFile out(stream, exr_header(static_cast<int>(width), static_cast<int>(height), header), 0);
         Imf::FrameBuffer buffer;
         std::size_t offset = 0;
         for (const char* name : {"R", "G", "B", "A"}) {
@@ -316,6 +316,8 @@ void write_exr(const fs::path& file, std::size_t width, std::size_t height, cons
 }
 
 Header read_exr_header(const fs::path& file) {
+    if (!is_exr(file))
+        throw InputError(fmt::format("{}: is not an EXR file, so it has no parameters to read", file.string()));
     return guarded(file, [&] {
         const Imf::MultiPartInputFile parts(file.c_str(), 0);
         Header values;

@@ -33,9 +33,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t PAGE = 4096;
 constexpr std::size_t HUGE_PAGE = std::size_t{1} << 21;
 
-/// The magic number 20000630 of an EXR file, little-endian.
-constexpr std::string_view EXR_MAGIC{"\x76\x2f\x31\x01", 4};
-
 /// Texels of a band: enough work for the decoder's threads and for whoever takes the rows, small beside a large map.
 constexpr std::size_t BAND_TEXELS = std::size_t{1} << 21;
 /// Compressed blocks that a band holds at least, so that several threads have some to decode.
@@ -45,27 +42,8 @@ InputError refused(const fs::path& file, std::string_view what) {
     return InputError(fmt::format("{}: {}", file.string(), what));
 }
 
-/// The first bytes of a file, which say what kind it is; refuses what cannot be an image at all.
-std::string read_magic(const fs::path& file) {
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (status.type() == fs::file_type::not_found) throw refused(file, "no such file; check the path");
-    if (error) throw refused(file, fmt::format("cannot be opened: {}; check the path", error.message()));
-    if (fs::is_directory(status)) throw refused(file, "is a folder; name an image file");
-    if (!fs::is_regular_file(status)) throw refused(file, "is not a regular file; save the image to a file first");
-    std::ifstream in(file, std::ios::binary);
-    if (!in)
-        throw refused(
-            file, fmt::format("cannot be opened: {}; check its permissions", std::generic_category().message(errno)));
-    std::string magic(EXR_MAGIC.size(), '\0');
-    in.read(magic.data(), static_cast<std::streamsize>(magic.size()));
-    magic.resize(static_cast<std::size_t>(in.gcount()));
-    if (magic.empty()) throw refused(file, "is empty; get the file anew");
-    return magic;
-}
-
 std::unique_ptr<ImageSource> open_source(const fs::path& file, const ReadOptions& options) {
-    if (read_magic(file) == EXR_MAGIC) return open_exr(file, options.limits);
+    if (is_exr(file)) return open_exr(file, options.limits);
     if (file.extension() == ".exr") {
         throw refused(file, "is not an EXR file, whatever its name says; its first bytes belong to another kind");
     }
@@ -181,6 +159,25 @@ PageBuffer::PageBuffer(std::size_t count) : count_(count) {
     if (!data_) throw std::bad_alloc();
     if (page == HUGE_PAGE)
         madvise(data_.get(), bytes, MADV_HUGEPAGE);  // a hint: it may fail, and nothing depends on it
+}
+
+bool is_exr(const fs::path& file) {
+    constexpr std::string_view EXR_MAGIC{"\x76\x2f\x31\x01", 4};  // 20000630, little-endian
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (status.type() == fs::file_type::not_found) throw refused(file, "no such file; check the path");
+    if (error) throw refused(file, fmt::format("cannot be opened: {}; check the path", error.message()));
+    if (fs::is_directory(status)) throw refused(file, "is a folder; name an image file");
+    if (!fs::is_regular_file(status)) throw refused(file, "is not a regular file; save the image to a file first");
+    std::ifstream in(file, std::ios::binary);
+    if (!in)
+        throw refused(
+            file, fmt::format("cannot be opened: {}; check its permissions", std::generic_category().message(errno)));
+    std::string magic(EXR_MAGIC.size(), '\0');
+    in.read(magic.data(), static_cast<std::streamsize>(magic.size()));
+    magic.resize(static_cast<std::size_t>(in.gcount()));
+    if (magic.empty()) throw refused(file, "is empty; get the file anew");
+    return magic == EXR_MAGIC;
 }
 
 void check_size(const fs::path& file, std::size_t width, std::size_t height, const ReadLimits& limits) {

@@ -45,6 +45,10 @@ class ImageSource {
     bool has_alpha_;
 };
 
+/// Whether a file is EXR by its first bytes. Refuses what cannot be an image at all: nothing, a folder, a pipe, an
+/// empty or unreadable file. Throws InputError.
+bool is_exr(const std::filesystem::path& file);
+
 /// Refuses a claimed size that is empty or beyond `limits`. Throws InputError.
 void check_size(const std::filesystem::path& file, std::size_t width, std::size_t height, const ReadLimits& limits);
 

@@ -14,9 +14,13 @@ namespace {
 
 constexpr double DISPLAY_GAMMA = 2.2;  ///< of the preview's tone curve, said in the gAMA chunk as its inverse
 
-/// Level 2 with the Sub filter: see bench/image_bench.cpp for the choice.
-constexpr int ZLIB_LEVEL = 2;
+/// Runs of equal bytes among the differences to the left neighbour: of 75 settings the quickest that shrinks a sphere's
+/// picture, smooth or noisy (5 to 10 ms for 511 x 511). zlib's default takes 4 to 7 times that and saves a quarter of a
+/// smooth picture, nothing of a noisy one.
+constexpr int ZLIB_LEVEL = 1;
+constexpr int ZLIB_STRATEGY = 3;  // Z_RLE
 constexpr int FILTERS = PNG_FILTER_SUB;
+constexpr std::size_t OUTPUT_BLOCK = std::size_t{1} << 16;  ///< bytes of an IDAT chunk
 
 struct Encoder {
     std::vector<char> bytes;
@@ -47,6 +51,8 @@ bool encode(Encoder& encoder, png_structp png, png_infop info, std::size_t width
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_gAMA(png, info, 1.0 / DISPLAY_GAMMA);
     png_set_compression_level(png, ZLIB_LEVEL);
+    png_set_compression_strategy(png, ZLIB_STRATEGY);
+    png_set_compression_buffer_size(png, OUTPUT_BLOCK);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, FILTERS);
     png_write_info(png, info);
     for (std::size_t y = 0; y < height; ++y) png_write_row(png, pixels + y * width * channels);

@@ -2,13 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "error.hpp"
@@ -229,6 +228,87 @@ TEST_F(Image, RadianceFilesOfEveryOtherKindAreReadWithTheTopRowFirst) {
         flip.flip_y = true;
         EXPECT_EQ(values(read_map(folder_.file(name), flip)), flipped(rgb, height)) << name;
     }
+}
+
+TEST_F(Image, OtherKindsHaveAnyNumberOfChannels) {
+    const std::vector<float> one = ramp(9 * 7);
+    test::write_grey_pfm(folder_.file("one.pfm"), 9, 7, one);
+    test::write_float_tiff(folder_.file("one.tif"), 9, 7, 1, one);
+    for (const char* name : {"one.pfm", "one.tif"}) {
+        const std::vector<float> rgb = values(read_map(folder_.file(name), options()));
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(channel(rgb, c), one) << name;
+    }
+    const std::vector<float> four = ramp(4 * 9 * 7);
+    test::write_float_tiff(folder_.file("four.tif"), 9, 7, 4, four);
+    const Picture picture = read_picture(folder_.file("four.tif"), options());
+    EXPECT_EQ(picture.alpha, channel(four, 3, 4));
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(channel(picture.rgb, c), channel(four, c, 4));
+}
+
+/// IEC 61966-2-1, for a format that says nothing about its encoding.
+TEST_F(Image, IntegersAreDecodedAsSrgb) {
+    std::string bytes = "P6 256 1 255\n";
+    for (int code = 0; code < 256; ++code) bytes += std::string(3, static_cast<char>(code));
+    test::write_raw(folder_.file("codes.ppm"), bytes);
+    const RadianceMap map = read_map(folder_.file("codes.ppm"), options());
+    for (std::size_t code = 0; code < 256; ++code) {
+        const double v = static_cast<double>(code) / 255;
+        const double linear = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+        EXPECT_FLOAT_EQ(map.rgb[3 * code], static_cast<float>(linear)) << code;
+    }
+}
+
+/// The previews' own encoding: gamma 2.2, alpha not multiplied in.
+TEST_F(Image, APngOfOursComesBackLinearAndMultipliedByItsAlpha) {
+    std::vector<unsigned char> pixels;
+    for (int code = 0; code < 256; ++code) {
+        for (const int value : {code, 255 - code, 128, code}) pixels.push_back(static_cast<unsigned char>(value));
+    }
+    write_png(folder_.file("codes.png"), 64, 4, 4, pixels.data());
+    const Picture picture = read_picture(folder_.file("codes.png"), options());
+    ASSERT_EQ(picture.width, 64U);
+    ASSERT_EQ(picture.height, 4U);
+    ASSERT_EQ(picture.alpha.size(), 256U);
+    // The file holds 1/2.2 in units of 1e-5, 45455, so that the exponent read back is off by 1e-5.
+    constexpr double exponent_error = 2e-5;
+    for (std::size_t t = 0; t < 256; ++t) {
+        const double alpha = static_cast<double>(t) / 255;
+        EXPECT_FLOAT_EQ(picture.alpha[t], static_cast<float>(alpha));
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double expected = alpha * std::pow(pixels[4 * t + c] / 255.0, 2.2);
+            // d(v^g) = v^g ln(v) dg, and |v^g ln v| < 1 / (e g) < 0.2; the rest is float's rounding.
+            EXPECT_NEAR(picture.rgb[3 * t + c], expected, 0.2 * exponent_error + 1.2e-7) << t;
+        }
+    }
+}
+
+TEST_F(Image, APngWithoutAlphaHasNone) {
+    const std::vector<unsigned char> pixels(std::size_t{3} * 5 * 2, 255);
+    write_png(folder_.file("white.png"), 5, 2, 3, pixels.data());
+    const Picture picture = read_picture(folder_.file("white.png"), options());
+    EXPECT_TRUE(picture.alpha.empty());
+    EXPECT_THAT(picture.rgb, testing::Each(1.0F));
+}
+
+/// A lossy codec's negatives are its error; a lossless one's are in the map and left for the check of bad texels.
+TEST_F(Image, NegativesOfALossyCodecBecomeZeroAndAreCounted) {
+    std::vector<float> rgb(std::size_t{3} * 64 * 32, 0.5F);
+    rgb[3 * 100] = -0.25F;
+    test::write_test_exr(file_, {64, 32}, rgb_channels(rgb));
+    const RadianceMap lossless = read_map(file_, {});
+    EXPECT_EQ(lossless.rgb[3 * 100], -0.25F);
+    EXPECT_EQ(lossless.ringing, 0U);
+
+    test::write_test_exr(file_, {64, 32, 0, 0, 0, false, Imf::DWAA_COMPRESSION}, rgb_channels(rgb));
+    const Picture raw = read_picture(file_);
+    const RadianceMap repaired = read_map(file_, {});
+    EXPECT_GT(repaired.ringing, 0U);
+    std::size_t negative = 0;
+    for (std::size_t i = 0; i < raw.rgb.size(); ++i) {
+        negative += raw.rgb[i] < 0;
+        EXPECT_EQ(repaired.rgb[i], std::max(raw.rgb[i], 0.0F));
+    }
+    EXPECT_EQ(repaired.ringing, negative);
 }
 
 }  // namespace
