@@ -147,7 +147,7 @@ RowShare row_share(RowWeight weight, float sine) {
 ///   share    [height]  work space
 ///   marginal [height]  end of each row, in units of 2^-TABLE_BITS; the last lit one ends at TABLE_ONE; all 0 if black
 /// Range: one work-item: a map has too few rows for more to pay.
-/// Exact integers: each row's share is cut to 63 - ceil(log2(height)) bits of the largest one's, at least 1 where lit.
+/// Exact integers: the largest row's share keeps 62 - floor(log2(height)) bits, and the others that many of its, at least 1 where lit.
 kernel void scan_marginal(global const RowWeight* row_weight, global const float* sine, uint height,
                           global ulong* share, global uint* marginal) {
     if (get_global_id(0) != 0) return;
