@@ -152,6 +152,10 @@ struct OpenFile {
         width = extent(window.min.x, window.max.x);
         height = extent(window.min.y, window.max.y);
         check_size(file, width, height, limits);
+        if (header().channels().findChannel("RY") && header().channels().findChannel("BY")) {
+            throw InputError(
+                fmt::format("{}: stores luminance and chroma (Y, RY, BY); write it as R, G and B", file.string()));
+        }
         channels = choose_channels(header());
         for (const std::string& name : channels.rgb) check_sampling(file, name);
         if (!channels.alpha.empty()) check_sampling(file, channels.alpha);

@@ -180,6 +180,13 @@ TEST_F(ImageErrors, SubsampledColourIsRefused) {
     EXPECT_THAT(refusal(file_), HasSubstr("channel R holds one value per 2 x 2 texels"));
 }
 
+TEST_F(ImageErrors, ChromaIsRefusedNotDropped) {
+    const std::vector<float> grey = test::ramp(std::size_t{8} * 4);
+    test::write_test_exr(file_, {8, 4},
+                         {{"Y", Imf::HALF, grey}, {"RY", Imf::HALF, grey, 2}, {"BY", Imf::HALF, grey, 2}});
+    EXPECT_THAT(refusal(file_), HasSubstr("luminance and chroma"));
+}
+
 TEST_F(ImageErrors, AMissingOrForeignModuleIsSaid) {
     const fs::path pfm = folder_.path() / "map.pfm";
     test::write_pfm(pfm, 2, 1, test::ramp(6));
