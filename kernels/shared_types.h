@@ -30,6 +30,11 @@ typedef cl_ulong shared_ulong;
 #define DOMAIN_SHARED 0u
 #define DOMAIN_PER_PIXEL 1u
 
+// Where points come from: a compile-time choice of the kernels, and the last word of a random stream's counter.
+#define SEQUENCE_RANDOM 0u
+#define SEQUENCE_STRATIFIED 1u
+#define SEQUENCE_SOBOL 2u
+
 // What is wrong with a map's texels, and its brightest component. One a row, or one a chunk.
 //   first_bad: column of the first texel that is NaN, infinite or negative; width where there is none
 typedef struct {
@@ -59,6 +64,21 @@ typedef struct {
     float pole;
     float solid_angle;
 } RowFrame;
+
+// Strata of a set of N points, N of any kind: the unit square cut into columns of `cells` or `cells` + 1 cells, each
+// column as wide as its share of the cells, so that every cell has the area 1/N. Point k lies in cell k, column by
+// column, the taller columns first.
+//   point_step  2^64 / N, rounded down and held to 64 bits, as are the next two
+//   cell_step   2^64 / cells
+//   tall_step   2^64 / (cells + 1)
+//   tall_points points in the taller columns
+typedef struct {
+    shared_ulong point_step;
+    shared_ulong cell_step;
+    shared_ulong tall_step;
+    shared_uint tall_points;
+    shared_uint cells;
+} Strata;
 
 #ifndef __OPENCL_VERSION__
 }  // namespace clerestory

@@ -13,17 +13,18 @@
 kernel void draw_samples(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
                          global const uint* conditional, global const uint* conditional_guide, uint width,
                          uint column_bits, global const RowFrame* frames, global const float* radiance,
-                         float inverse_width, float rotation, uint seed_low, uint seed_high, uint stream, uint first,
-                         uint count, global uint* texel, global float* direction, global float* pdf,
+                         float inverse_width, float rotation, uint seed_low, uint seed_high, uint stream, Strata strata,
+                         uint first, uint count, global uint* texel, global float* direction, global float* pdf,
                          global float* drawn) {
     const uint item = (uint)get_global_id(0);
     if (2u * item >= count) return;
     const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
-    const uint4 points = random_points((uint2)(seed_low, seed_high), DOMAIN_SHARED, stream, first / 2u + item);
+    const PointPair points =
+        sequence_points(seed_low, seed_high, DOMAIN_SHARED, stream, first / 2u + item, strata);
     for (uint which = 0u; which < 2u; ++which) {
         const uint at = 2u * item + which;
         if (at >= count) return;
-        const Draw draw = draw_texel(tables, which == 0u ? points.xy : points.zw);
+        const Draw draw = draw_texel(tables, which == 0u ? points.even : points.odd);
         const RowFrame frame = frames[draw.row];
         const float3 towards = draw_direction(draw, frame, inverse_width, rotation);
         const size_t index = (size_t)draw.row * width + draw.column;
@@ -50,7 +51,8 @@ kernel void locate_points(global const uint* marginal, global const uint* margin
     const uint at = (uint)get_global_id(0);
     if (at >= count) return;
     const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
-    const Draw draw = draw_texel(tables, (uint2)(u[2 * at], u[2 * at + 1]));
+    const Point point = {u[2 * at], u[2 * at + 1]};
+    const Draw draw = draw_texel(tables, point);
     texel[at] = draw.row * width + draw.column;
     within[2 * at] = draw.down;
     within[2 * at + 1] = draw.along;

@@ -99,13 +99,13 @@ kernel void shade_shared(global const float* normal, global const float* light, 
 kernel void shade_per_pixel(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
                             global const uint* conditional, global const uint* conditional_guide, uint width,
                             uint column_bits, global const RowFrame* frames, global const float* radiance,
-                            float inverse_width, float rotation, uint seed_low, uint seed_high, float scale,
-                            float inverse_count, uint k, uint both, global const float* normal,
+                            float inverse_width, float rotation, uint seed_low, uint seed_high, Strata strata,
+                            float scale, float inverse_count, uint k, uint both, global const float* normal,
                             global const uint* stream, uint stride, global float* white) {
     const uint at = (uint)get_global_id(0);
     if (at >= stride) return;
     const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
-    const uint4 points = random_points((uint2)(seed_low, seed_high), DOMAIN_PER_PIXEL, stream[at], k);
+    const PointPair points = sequence_points(seed_low, seed_high, DOMAIN_PER_PIXEL, stream[at], k, strata);
     const float nx = normal[at];
     const float ny = normal[(size_t)stride + at];
     const float nz = normal[2 * (size_t)stride + at];
@@ -114,7 +114,7 @@ kernel void shade_per_pixel(global const uint* marginal, global const uint* marg
     float b = 0.0f;
 #pragma unroll
     for (int which = 0; which < 2; ++which) {
-        const Draw draw = draw_texel(tables, which == 0 ? points.xy : points.zw);
+        const Draw draw = draw_texel(tables, which == 0 ? points.even : points.odd);
         const RowFrame frame = frames[draw.row];
         const float3 towards = draw_direction(draw, frame, inverse_width, rotation);
         const float cosine = fmax(fma(nx, towards.x, fma(ny, towards.y, nz * towards.z)), 0.0f);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -17,12 +18,26 @@ using Uints = Buffer<cl_uint>;
 
 cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
 
+/// 2^64 / count, rounded down; 2^64 - 1 for a count of one.
+cl_ulong step_of(std::size_t count) {
+    constexpr cl_ulong LAST = ~cl_ulong{0};
+    return LAST / count + (std::has_single_bit(count) && count > 1 ? 1 : 0);
+}
+
 }  // namespace
 
 std::string draw_defines(const Distribution& distribution, const SamplingOptions& options) {
-    return fmt::format("-DROW_STEPS={} -DCOLUMN_STEPS={} -DTEXEL_CENTRE={} -DGUIDED={}",
+    return fmt::format("-DROW_STEPS={} -DCOLUMN_STEPS={} -DTEXEL_CENTRE={} -DGUIDED={} -DSEQUENCE={}u",
                        std::bit_width(distribution.height - 1), std::bit_width(distribution.width - 1),
-                       options.place == TexelPlace::centre ? 1 : 0, options.guided ? 1 : 0);
+                       options.place == TexelPlace::centre ? 1 : 0, options.guided ? 1 : 0,
+                       static_cast<cl_uint>(options.sequence));
+}
+
+Strata strata(std::size_t count) {
+    const std::size_t points = std::max<std::size_t>(count, 1);
+    const auto columns = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(points))));
+    const std::size_t cells = points / columns;
+    return {step_of(points), step_of(cells), step_of(cells + 1), narrow(points % columns * (cells + 1)), narrow(cells)};
 }
 
 float rotation_turns(double rotate_y_deg) {
@@ -40,7 +55,7 @@ struct Sampler::State {
     SamplingOptions options;
     Program program{device, "stage3_sample.cl", draw_defines(distribution, options)};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
-           cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Uints, Floats, Floats, Floats>
+           cl_uint, cl_uint, cl_uint, Strata, cl_uint, cl_uint, Uints, Floats, Floats, Floats>
         draw_samples{device, program, "draw_samples"};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Uints, cl_uint, Uints, Floats> locate_points{
         device, program, "locate_points"};
@@ -55,6 +70,8 @@ Sampler::Sampler(Sampler&&) noexcept = default;
 Sampler& Sampler::operator=(Sampler&&) noexcept = default;
 Sampler::~Sampler() = default;
 
+void Sampler::reseed(std::uint64_t seed) noexcept { state_->options.seed = seed; }
+
 SampleSet Sampler::allocate(std::size_t count) const {
     const Device& device = state_->device;
     SampleSet set;
@@ -66,21 +83,22 @@ SampleSet Sampler::allocate(std::size_t count) const {
     return set;
 }
 
-SampleSet Sampler::draw(std::size_t count, std::size_t first) {
+SampleSet Sampler::draw(std::size_t count, std::size_t first, std::size_t total) {
     SampleSet set = allocate(count);
-    draw_into(set, first);
+    draw_into(set, first, total);
     return set;
 }
 
-void Sampler::draw_into(SampleSet& set, std::size_t first) {
+void Sampler::draw_into(SampleSet& set, std::size_t first, std::size_t total) {
     State& s = *state_;
     const Distribution& d = s.distribution;
     const Range range{(set.count + 1) / 2, s.device.work_group(256)};
     s.draw_samples(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
                    d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
                    static_cast<float>(1.0 / static_cast<double>(d.width)), rotation_turns(s.options.rotate_y_deg),
-                   static_cast<cl_uint>(s.options.seed), static_cast<cl_uint>(s.options.seed >> 32), 0U, narrow(first),
-                   narrow(set.count), set.texel, set.direction, set.pdf, set.radiance);
+                   static_cast<cl_uint>(s.options.seed), static_cast<cl_uint>(s.options.seed >> 32), 0U,
+                   strata(total == 0 ? first + set.count : total), narrow(first), narrow(set.count), set.texel,
+                   set.direction, set.pdf, set.radiance);
 }
 
 Sampler::Located Sampler::locate(std::span<const cl_uint> points) {

@@ -10,11 +10,17 @@
 #include "cl/buffer.hpp"
 #include "cl/device.hpp"
 #include "distribution.hpp"
+#include "shared_types.h"
 
 namespace clerestory {
 
 /// Where points of a sample set come from.
-enum class Sequence { random };
+enum class Sequence : cl_uint {
+    random = SEQUENCE_RANDOM,          ///< Philox4x32-10
+    stratified = SEQUENCE_STRATIFIED,  ///< one jittered point in each of N cells of equal area, for any N
+    sobol = SEQUENCE_SOBOL,  ///< the first two dimensions of Sobol's sequence, Owen-scrambled; best where N is a power
+                             ///< of two
+};
 
 /// Where in its texel a sample lies.
 enum class TexelPlace { jitter, centre };
@@ -39,6 +45,9 @@ struct SampleSet {
 /// Compile-time choices of kernels that draw from `distribution`.
 std::string draw_defines(const Distribution& distribution, const SamplingOptions& options);
 
+/// Cells of a stratified set of `count` points: columns and cells a column as near to each other as they come.
+Strata strata(std::size_t count);
+
 /// `rotate_y_deg` as a part of a full turn, in [0, 1).
 float rotation_turns(double rotate_y_deg);
 
@@ -53,9 +62,12 @@ class Sampler {
     ~Sampler();
 
     /// Samples first .. first + count - 1 of the shared stream. `first` is even, count below 2^31.
-    SampleSet draw(std::size_t count, std::size_t first = 0);
+    ///   total  samples of the whole set, which `stratified` must know; 0: it ends here
+    SampleSet draw(std::size_t count, std::size_t first = 0, std::size_t total = 0);
     /// The same, into memory that stands already.
-    void draw_into(SampleSet& set, std::size_t first = 0);
+    void draw_into(SampleSet& set, std::size_t first = 0, std::size_t total = 0);
+    /// Draws another set from now on, as a new sampler of this seed would.
+    void reseed(std::uint64_t seed) noexcept;
     /// Memory for `count` samples.
     [[nodiscard]] SampleSet allocate(std::size_t count) const;
 

@@ -96,7 +96,7 @@ void SharedShader::shade(Sampler& sampler, const Distribution& distribution, con
             set = sampler.allocate(batch);
             lights = Floats(s.device, "the lights", 8 * batch);
         }
-        sampler.draw_into(set, first);
+        sampler.draw_into(set, first, count);
         s.weigh_lights({batch, s.device.work_group(64)}, set.direction, set.pdf, set.radiance, narrow(batch),
                        map_scale(distribution), sample_share(count), lights);
         s.device.finish();
@@ -118,7 +118,7 @@ struct PerPixelShader::State {
     SamplingOptions options;
     Program program{device, "stage4_shade.cl", draw_defines(distribution, options)};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
-           cl_uint, cl_uint, cl_float, cl_float, cl_uint, cl_uint, Floats, Uints, cl_uint, Floats>
+           cl_uint, cl_uint, Strata, cl_float, cl_float, cl_uint, cl_uint, Floats, Uints, cl_uint, Floats>
         shade_per_pixel{device, program, "shade_per_pixel"};
 };
 
@@ -131,6 +131,8 @@ PerPixelShader::PerPixelShader(PerPixelShader&&) noexcept = default;
 PerPixelShader& PerPixelShader::operator=(PerPixelShader&&) noexcept = default;
 PerPixelShader::~PerPixelShader() = default;
 
+void PerPixelShader::reseed(std::uint64_t seed) noexcept { state_->options.seed = seed; }
+
 void PerPixelShader::shade(const SphereView& view, std::size_t count, Floats& white) {
     State& s = *state_;
     const Distribution& d = s.distribution;
@@ -140,8 +142,8 @@ void PerPixelShader::shade(const SphereView& view, std::size_t count, Floats& wh
                           d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
                           static_cast<float>(1.0 / static_cast<double>(d.width)),
                           rotation_turns(s.options.rotate_y_deg), static_cast<cl_uint>(s.options.seed),
-                          static_cast<cl_uint>(s.options.seed >> 32), map_scale(d), sample_share(count), narrow(k),
-                          2 * k + 1 < count ? 1U : 0U, view.normal, view.pixel, narrow(view.stride), white);
+                          static_cast<cl_uint>(s.options.seed >> 32), strata(count), map_scale(d), sample_share(count),
+                          narrow(k), 2 * k + 1 < count ? 1U : 0U, view.normal, view.pixel, narrow(view.stride), white);
     }
     s.device.finish();
 }

@@ -63,6 +63,8 @@ class PerPixelShader {
     ~PerPixelShader();
 
     void shade(const SphereView& view, std::size_t count, Buffer<cl_float>& white);
+    /// Draws other sets from now on, as a new shader of this seed would.
+    void reseed(std::uint64_t seed) noexcept;
 
   private:
     struct State;

@@ -14,6 +14,10 @@ struct KernelType<RowWeight> {
     static constexpr const char* name = "RowWeight";
 };
 template <>
+struct KernelType<Strata> {
+    static constexpr const char* name = "Strata";
+};
+template <>
 struct KernelType<RowFrame> {
     static constexpr const char* name = "RowFrame";
 };
