@@ -8,10 +8,10 @@
 
 namespace clerestory {
 
-std::array<float, 3> luminance_weights(Luminance luminance) {
+std::array<double, 3> luminance_weights(Luminance luminance) {
     // Rec. ITU-R BT.709-6, item 3.2.
-    if (luminance == Luminance::rec709) return {0.2126F, 0.7152F, 0.0722F};
-    return {1.0F / 3, 1.0F / 3, 1.0F / 3};
+    if (luminance == Luminance::rec709) return {0.2126, 0.7152, 0.0722};
+    return {1.0 / 3, 1.0 / 3, 1.0 / 3};
 }
 
 MapCensus join_census(const std::vector<Census>& rows, std::size_t width) {

@@ -16,7 +16,7 @@ namespace clerestory {
 enum class Luminance { average, rec709 };
 
 /// Weights of R, G and B in the intensity.
-std::array<float, 3> luminance_weights(Luminance luminance);
+std::array<double, 3> luminance_weights(Luminance luminance);
 
 /// A census of a whole map (shared_types.h counts a row), with the first place of each kind of bad texel's row.
 struct MapCensus {

@@ -15,6 +15,11 @@ class Error : public std::runtime_error {
     int exit_code_;
 };
 
+/// A comparison that failed, or some jobs of a batch.
+struct Mismatch : Error {
+    explicit Mismatch(const std::string& what) : Error(1, what) {}
+};
+
 /// A flag or an argument that cannot be used.
 struct UsageError : Error {
     explicit UsageError(const std::string& what) : Error(2, what) {}

@@ -15,6 +15,10 @@ constexpr int EXIT_DEVICE = 4;
 
 void add_commands(CLI::App& app) {
     using namespace clerestory::commands;
+    add_info(app);
+    add_sample(app);
+    add_render(app);
+    add_compare(app);
     add_devices(app);
     add_fresnel(app);
 }

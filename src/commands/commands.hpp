@@ -7,5 +7,9 @@ namespace clerestory::commands {
 
 void add_devices(CLI::App& app);
 void add_fresnel(CLI::App& app);
+void add_sample(CLI::App& app);
+void add_render(CLI::App& app);
+void add_info(CLI::App& app);
+void add_compare(CLI::App& app);
 
 }  // namespace clerestory::commands

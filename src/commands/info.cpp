@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "clock.hpp"
+#include "commands/commands.hpp"
+#include "commands/common.hpp"
+#include "commands/map_options.hpp"
+#include "error.hpp"
+#include "inspect.hpp"
+
+namespace clerestory::commands {
+namespace {
+
+constexpr double GIGA = 1e9;
+// Bytes that the table build moves a texel: three floats in, one count out.
+constexpr double BYTES_PER_TEXEL = 16;
+
+struct InfoOptions {
+    Common common;
+    MapOptions map;
+};
+
+nlohmann::json place_of(const TexelCount& found) {
+    if (found.count == 0) return nullptr;
+    return {{"row", found.row}, {"column", found.column}};
+}
+
+std::string place_text(const TexelCount& found) {
+    return found.count == 0 ? "" : fmt::format(", first at row {}, column {}", found.row, found.column);
+}
+
+void print(const MapFacts& facts, const nlohmann::json& report) {
+    fmt::print("map              {}\n", report["file"].get<std::string>());
+    fmt::print("size             {} x {}\n", report["width"].get<std::size_t>(), report["height"].get<std::size_t>());
+    fmt::print("integral Phi     {:.9g}\n", facts.phi);
+    fmt::print("mean R, G, B     {:.6g}, {:.6g}, {:.6g}\n", facts.mean_rgb[0], facts.mean_rgb[1], facts.mean_rgb[2]);
+    fmt::print("max intensity    {:.6g} at row {}, column {}\n", facts.max_intensity, facts.max_row, facts.max_column);
+    fmt::print("dynamic range    {:.1f} stops\n", facts.stops());
+    fmt::print("NaN              {}{}\n", facts.nan.count, place_text(facts.nan));
+    fmt::print("infinite         {}{}\n", facts.inf.count, place_text(facts.inf));
+    fmt::print("negative         {}{}\n", facts.negative.count, place_text(facts.negative));
+    fmt::print("zero             {}{}\n", facts.zero.count, place_text(facts.zero));
+    if (!report["build_seconds"].is_null()) {
+        fmt::print("table build      {:.4f} s, {:.2f} GB/s, kernels warm\n", report["build_seconds"].get<double>(),
+                   report["build_gb_per_second"].get<double>());
+    }
+}
+
+/// Adds what only the tables of a usable map can tell.
+void add_table_facts(nlohmann::json& report, const Scene& scene, TableBuilder& builder, const InfoOptions& options) {
+    const Stopwatch watch;
+    builder.build(scene.device_map(), {.luminance = luminance_of(options.map)});
+    const double seconds = watch.seconds();  // of the second build: the first one compiled the kernels
+    const auto texels = static_cast<double>(scene.map().width * scene.map().height);
+    report["build_seconds"] = seconds;
+    report["build_first_seconds"] = scene.build_seconds();
+    report["build_gb_per_second"] = texels * BYTES_PER_TEXEL / seconds / GIGA;
+}
+
+nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, const MapFacts& facts) {
+    nlohmann::json report = describe_map(options.map, map);
+    report["phi"] = facts.phi;
+    report["mean_rgb"] = facts.mean_rgb;
+    report["max_intensity"] = facts.max_intensity;
+    report["max_place"] = {{"row", facts.max_row}, {"column", facts.max_column}};
+    report["min_lit_intensity"] = facts.min_intensity;
+    report["dynamic_range_stops"] = facts.stops();
+    report["nan"] = facts.nan.count;
+    report["inf"] = facts.inf.count;
+    report["negative"] = facts.negative.count;
+    report["zero"] = facts.zero.count;
+    report["first"] = {{"nan", place_of(facts.nan)},
+                       {"inf", place_of(facts.inf)},
+                       {"negative", place_of(facts.negative)},
+                       {"zero", place_of(facts.zero)}};
+    report["build_seconds"] = nullptr;
+    return report;
+}
+
+void run(const InfoOptions& options) {
+    RadianceMap map = read_map_of(options.map);
+    const MapFacts facts = inspect(map, luminance_of(options.map));
+    nlohmann::json report = map_report(options, map, facts);
+    const bool usable = facts.bad() == 0 || options.map.bad_texels == "zero";
+    if (usable) {
+        const Device device(options.common.device);
+        TableBuilder builder(device);
+        const auto scene = make_scene(device, builder, std::move(map), options.map, options.common);
+        report["device"] = device.info().name;
+        add_table_facts(report, *scene, builder, options);
+    }
+    if (options.common.json != "-") print(facts, report);
+    emit_json(options.common, report);
+    if (!usable) {
+        throw InputError(fmt::format("{}: {} NaN, {} infinite and {} negative texels; --bad-texels zero blackens them",
+                                     map_file(options.map).string(), facts.nan.count, facts.inf.count,
+                                     facts.negative.count));
+    }
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+    auto* command = app.add_subcommand("info", "Pre-flight: what a map holds and what is hard about it");
+    auto options = std::make_shared<InfoOptions>();
+    add_map_options(*command, options->map);
+    add_common(*command, options->common,
+               "  clerestory info studio.exr\n  clerestory info studio.exr --json -\n\n"
+               "A map with NaN, infinite or negative texels is reported and ends with exit code 3.");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace clerestory::commands

@@ -1,0 +1,120 @@
+#include "commands/map_options.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "bundled.hpp"
+#include "error.hpp"
+
+namespace clerestory::commands {
+namespace {
+
+// A rotation of more turns than this loses the angle's own digits.
+constexpr double LARGEST_ROTATION_DEG = 1e6;
+constexpr double LARGEST_SCALE = 1e30;
+
+}  // namespace
+
+CLI::Validator finite_between(double low, double high) {
+    return {[low, high](std::string& text) -> std::string {
+                double value = 0;
+                if (!CLI::detail::lexical_cast(text, value) || !std::isfinite(value) || value < low || value > high) {
+                    return fmt::format("{} is not a number from {} to {}", text, low, high);
+                }
+                return {};
+            },
+            fmt::format("{}..{}", low, high)};
+}
+
+void add_map_options(CLI::App& command, MapOptions& options) {
+    const char* group = "Map";
+    command
+        .add_option("MAP", options.file, "Latitude-longitude HDR map: EXR, HDR, PFM, TIFF; without it the bundled map")
+        ->group(group);
+    command.add_flag("--flip-y", options.flip_y, "The map's rows are stored bottom-up")->group(group);
+    command.add_option("--rotate-y", options.rotate_y, "Turn the map about +y by DEGREES, added to phi")
+        ->type_name("DEGREES")
+        ->check(finite_between(-LARGEST_ROTATION_DEG, LARGEST_ROTATION_DEG))
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--scale", options.scale, "Multiply the map's radiance")
+        ->type_name("X")
+        ->check(finite_between(0, LARGEST_SCALE))
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--luminance", options.luminance, "Intensity: (R + G + B) / 3, or by Rec. 709's weights")
+        ->check(CLI::IsMember({"average", "rec709"}))
+        ->capture_default_str()
+        ->group(group);
+    command
+        .add_option("--bad-texels", options.bad_texels,
+                    "NaN, infinite and negative texels: refuse the map, or blacken them")
+        ->check(CLI::IsMember({"refuse", "zero"}))
+        ->capture_default_str()
+        ->group(group);
+}
+
+void add_tone_options(CLI::App& command, ToneOptions& tone) {
+    constexpr double LARGEST_EXPOSURE = 1e30;
+    constexpr double LARGEST_GAMMA = 100;
+    const char* group = "Preview";
+    command.add_option("--exposure", tone.exposure, "Multiply the 8-bit preview")
+        ->type_name("X")
+        ->check(finite_between(0, LARGEST_EXPOSURE))
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--gamma", tone.gamma, "Gamma of the 8-bit preview")
+        ->type_name("X")
+        ->check(finite_between(1 / LARGEST_GAMMA, LARGEST_GAMMA))
+        ->capture_default_str()
+        ->group(group);
+}
+
+std::filesystem::path map_file(const MapOptions& options) {
+    return options.file.empty() ? bundled_map("city") : std::filesystem::path(options.file);
+}
+
+Luminance luminance_of(const MapOptions& options) {
+    return options.luminance == "rec709" ? Luminance::rec709 : Luminance::average;
+}
+
+RadianceMap read_map_of(const MapOptions& options) {
+    ReadOptions read;
+    read.flip_y = options.flip_y;
+    return read_map(map_file(options), read);
+}
+
+std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
+                                  const MapOptions& options, const Common& common) {
+    SceneOptions scene_options;
+    scene_options.tables.luminance = luminance_of(options);
+    scene_options.bad_texels = options.bad_texels == "zero" ? BadTexels::zero : BadTexels::refuse;
+    const std::string file = map_file(options).string();
+    std::unique_ptr<Scene> scene;
+    try {
+        scene = std::make_unique<Scene>(device, builder, std::move(map), scene_options);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", file, error.what()));
+    }
+    if (scene->repaired() != 0) {
+        warn(common, fmt::format("{}: {} NaN, infinite or negative texels were blackened", file, scene->repaired()));
+    }
+    if (scene->distribution().black()) warn(common, fmt::format("{}: the map is black", file));
+    return scene;
+}
+
+nlohmann::json describe_map(const MapOptions& options, const RadianceMap& map) {
+    return {{"file", map_file(options).string()},
+            {"width", map.width},
+            {"height", map.height},
+            {"flip_y", options.flip_y},
+            {"rotate_y", options.rotate_y},
+            {"scale", options.scale},
+            {"luminance", options.luminance},
+            {"bad_texels", options.bad_texels}};
+}
+
+}  // namespace clerestory::commands

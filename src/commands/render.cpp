@@ -1,0 +1,152 @@
+#include "render.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "clock.hpp"
+#include "commands/commands.hpp"
+#include "commands/common.hpp"
+#include "commands/map_options.hpp"
+#include "commands/sampling_options.hpp"
+#include "error.hpp"
+#include "picture_file.hpp"
+
+namespace clerestory::commands {
+namespace {
+
+struct RenderCommand {
+    Common common;
+    MapOptions map;
+    ToneOptions tone;
+    DrawOptions draw{.counts = {1024}};
+    RenderOptions render;
+    std::string estimator = "shared";
+    std::vector<std::string> outputs;
+};
+
+/// The file for one count: {samples} is replaced; without it, and with several counts, _N goes before the suffix.
+std::string output_name(const std::string& pattern, std::size_t count, bool several) {
+    const std::string field = "{samples}";
+    const std::string number = std::to_string(count);
+    if (const auto at = pattern.find(field); at != std::string::npos) {
+        return std::string(pattern).replace(at, field.size(), number);
+    }
+    if (!several) return pattern;
+    const std::filesystem::path path(pattern);
+    return (path.parent_path() / (path.stem().string() + "_" + number + path.extension().string())).string();
+}
+
+void check_outputs(const RenderCommand& command) {
+    std::set<std::string> names;
+    for (const auto& pattern : command.outputs) {
+        check_picture_suffix(pattern);
+        for (const std::size_t count : command.draw.counts) {
+            const std::string name = output_name(pattern, count, command.draw.counts.size() > 1);
+            if (!names.insert(name).second) throw UsageError(fmt::format("two results would be written to {}", name));
+        }
+    }
+}
+
+/// Every parameter of a picture, for its header and the report.
+nlohmann::json parameters(const RenderCommand& command, const RenderOptions& options, const Scene& scene,
+                          const Device& device) {
+    nlohmann::json values = describe_map(command.map, scene.map());
+    values["estimator"] = estimator_name(options.estimator);
+    values["samples"] = options.samples;
+    values["sequence"] = command.draw.sequence;
+    values["texel"] = command.draw.texel;
+    values["seed"] = command.common.seed;
+    values["size"] = options.size;
+    values["albedo"] = options.albedo;
+    values["device"] = device.info().name;
+    values["platform"] = device.info().version;
+    values["version"] = CLERESTORY_VERSION;
+    return values;
+}
+
+nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, const Scene& scene, const Device& device,
+                          std::size_t count, const nlohmann::json& before) {
+    RenderOptions options = command.render;
+    options.estimator = estimator_by_name(command.estimator);
+    options.samples = count;
+    options.scale = command.map.scale;
+    options.sampling = sampling_of(command.draw, command.common, command.map.rotate_y);
+    Progress progress(command.common, fmt::format("render {}", command.estimator));
+    Stopwatch watch;
+    const Rendered picture =
+        renderer.render(scene, options, [&](double done, double total) { progress.update(done, total); });
+    nlohmann::json seconds = before;
+    for (const auto& [stage, value] : picture.seconds) seconds[stage] = value;
+    seconds["render"] = watch.lap();
+    nlohmann::json result = parameters(command, options, scene, device);
+    result["outputs"] = nlohmann::json::array();
+    for (const auto& pattern : command.outputs) {
+        const std::string name = output_name(pattern, count, command.draw.counts.size() > 1);
+        write_picture(name, picture, command.tone, renderer.display(), flat_header(result, seconds));
+        result["outputs"].push_back(name);
+        say(command.common, name);
+    }
+    seconds["write"] = watch.lap();
+    result["seconds"] = seconds;
+    detail(command.common, seconds.dump());
+    return result;
+}
+
+void run(const RenderCommand& command) {
+    check_outputs(command);
+    const Stopwatch total;
+    Stopwatch watch;
+    const Device device(command.common.device);
+    TableBuilder builder(device);
+    nlohmann::json before = {{"device", watch.lap()}};
+    RadianceMap map = read_map_of(command.map);
+    before["read"] = watch.lap();
+    const auto scene = make_scene(device, builder, std::move(map), command.map, command.common);
+    before["tables"] = watch.lap();
+    Renderer renderer(device);
+    nlohmann::json report = {{"renders", nlohmann::json::array()}};
+    for (const std::size_t count : command.draw.counts) {
+        report["renders"].push_back(render_one(command, renderer, *scene, device, count, before));
+    }
+    // The last picture's keys stand at the top too: with one count, which is the rule, the report is flat.
+    report.update(report["renders"].back());
+    report["seconds"]["total"] = total.seconds();
+    emit_json(command.common, report);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app) {
+    constexpr std::size_t LARGEST_SIDE = 16384;
+    constexpr double LARGEST_ALBEDO = 1e6;
+    auto* command = app.add_subcommand("render", "Light a diffuse sphere with a map");
+    auto options = std::make_shared<RenderCommand>();
+    add_map_options(*command, options->map);
+    add_draw_options(*command, options->draw);
+    command->add_option("--estimator", options->estimator, "How light is added up")
+        ->check(CLI::IsMember({"shared", "per-pixel"}))
+        ->capture_default_str();
+    command->add_option("--size", options->render.size, "Pixels of a side")
+        ->check(CLI::Range(std::size_t{1}, LARGEST_SIDE))
+        ->capture_default_str();
+    command->add_option("--albedo", options->render.albedo, "Share of light that the sphere reflects")
+        ->check(finite_between(0, LARGEST_ALBEDO))
+        ->capture_default_str();
+    add_tone_options(*command, options->tone);
+    command
+        ->add_option("-o,--output", options->outputs,
+                     "File to write, .exr or .png; may repeat; {samples} in it becomes the number of samples")
+        ->type_name("FILE");
+    add_common(*command, options->common,
+               "  clerestory render studio.exr -n 1024 --estimator shared -o sphere.exr -o sphere.png\n"
+               "  clerestory render studio.exr -n 8,16,32 --estimator per-pixel -o 'sphere_{samples}.png'");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace clerestory::commands

@@ -1,0 +1,35 @@
+#include "commands/sampling_options.hpp"
+
+namespace clerestory::commands {
+
+void add_draw_options(CLI::App& command, DrawOptions& options) {
+    constexpr std::size_t LARGEST_COUNT = std::size_t{1} << 30;
+    const char* group = "Samples";
+    command.add_option("-n,--samples", options.counts, "Numbers of samples, such as 64,256,1024")
+        ->delimiter(',')
+        ->type_name("N[,N...]")
+        ->check(CLI::Range(std::size_t{1}, LARGEST_COUNT))
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--sequence", options.sequence, "Where sample points come from")
+        ->check(CLI::IsMember({"random"}))
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--texel", options.texel, "A sample lies anywhere in its texel, or at its centre")
+        ->check(CLI::IsMember({"jitter", "centre"}))
+        ->capture_default_str()
+        ->group(group);
+    command.add_flag("--plain-search", options.plain_search, "Search without guide tables; the results are the same")
+        ->group(group);
+}
+
+SamplingOptions sampling_of(const DrawOptions& options, const Common& common, double rotate_y) {
+    SamplingOptions sampling;
+    sampling.place = options.texel == "centre" ? TexelPlace::centre : TexelPlace::jitter;
+    sampling.seed = common.seed;
+    sampling.rotate_y_deg = rotate_y;
+    sampling.guided = !options.plain_search;
+    return sampling;
+}
+
+}  // namespace clerestory::commands

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "commands/common.hpp"
+#include "samples.hpp"
+
+namespace clerestory::commands {
+
+/// How samples are drawn, as the command line says it.
+struct DrawOptions {
+    std::vector<std::size_t> counts;
+    std::string sequence = "random";
+    std::string texel = "jitter";
+    bool plain_search = false;
+};
+
+/// Adds -n, --sequence, --texel and --plain-search.
+void add_draw_options(CLI::App& command, DrawOptions& options);
+
+SamplingOptions sampling_of(const DrawOptions& options, const Common& common, double rotate_y);
+
+}  // namespace clerestory::commands

@@ -1,0 +1,104 @@
+#include "render.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <optional>
+
+#include "clock.hpp"
+
+namespace clerestory {
+namespace {
+
+struct EstimatorName {
+    Estimator estimator;
+    const char* name;
+};
+constexpr std::array ESTIMATORS = {EstimatorName{Estimator::shared, "shared"},
+                                   EstimatorName{Estimator::per_pixel, "per-pixel"}};
+
+}  // namespace
+
+std::string estimator_name(Estimator estimator) {
+    for (const auto& [value, name] : ESTIMATORS) {
+        if (value == estimator) return name;
+    }
+    return "unknown";
+}
+
+Estimator estimator_by_name(const std::string& wanted) {
+    std::string known;
+    for (const auto& [value, name] : ESTIMATORS) {
+        if (name == wanted) return value;
+        known += known.empty() ? name : fmt::format(", {}", name);
+    }
+    throw UsageError(fmt::format("no estimator is named {}: choose one of {}", wanted, known));
+}
+
+struct Renderer::State {
+    explicit State(const Device& opened) : device(opened) {}
+
+    const Device& device;
+    std::optional<Display> display;
+    std::optional<SharedShader> shared;
+    std::optional<SphereView> view;
+
+    const SphereView& view_of(std::size_t size) {
+        if (!view || view->size != size) view.emplace(device, size);
+        return *view;
+    }
+
+    void shade_shared(const Scene& scene, const RenderOptions& options, const SphereView& pixels,
+                      Buffer<cl_float>& white, StageSeconds& seconds) {
+        Stopwatch watch;
+        if (!shared) shared.emplace(device);
+        Sampler sampler(device, scene.device_map(), scene.distribution(), options.sampling);
+        seconds.emplace_back("kernels", watch.lap());
+        shared->shade(sampler, scene.distribution(), pixels, options.samples, white);
+        const double drawing = shared->drawing_seconds();
+        seconds.emplace_back("draw", drawing);
+        seconds.emplace_back("shade", watch.lap() - drawing);
+    }
+
+    void shade_per_pixel(const Scene& scene, const RenderOptions& options, const SphereView& pixels,
+                         Buffer<cl_float>& white, StageSeconds& seconds) {
+        Stopwatch watch;
+        PerPixelShader shader(device, scene.device_map(), scene.distribution(), options.sampling);
+        seconds.emplace_back("kernels", watch.lap());
+        shader.shade(pixels, options.samples, white);
+        seconds.emplace_back("shade", watch.lap());
+    }
+};
+
+Renderer::Renderer(const Device& device) : state_(std::make_unique<State>(device)) {}
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+Renderer::~Renderer() = default;
+
+Display& Renderer::display() {
+    if (!state_->display) state_->display.emplace(state_->device);
+    return *state_->display;
+}
+
+Rendered Renderer::render(const Scene& scene, const RenderOptions& options, const ProgressFunction& /*progress*/) {
+    State& s = *state_;
+    Rendered picture;
+    picture.size = options.size;
+    Stopwatch watch;
+    const SphereView& view = s.view_of(options.size);
+    Buffer<cl_float> white = view.planes(s.device);
+    picture.seconds.emplace_back("view", watch.lap());
+    if (scene.distribution().black()) {
+        white.fill(0.0F);
+    } else if (options.estimator == Estimator::shared) {
+        s.shade_shared(scene, options, view, white, picture.seconds);
+    } else {
+        s.shade_per_pixel(scene, options, view, white, picture.seconds);
+    }
+    watch.lap();
+    picture.rgba = display().compose(view, white, options.albedo * options.scale, scene.distribution().exponent);
+    picture.seconds.emplace_back("compose", watch.lap());
+    return picture;
+}
+
+}  // namespace clerestory

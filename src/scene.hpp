@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "cl/device.hpp"
+#include "distribution.hpp"
+#include "environment.hpp"
+#include "image.hpp"
+
+namespace clerestory {
+
+/// What becomes of NaN, infinite and negative texels.
+enum class BadTexels {
+    refuse,  ///< InputError naming their number and the first place
+    zero,    ///< their texels become black
+};
+
+struct SceneOptions {
+    TableOptions tables;
+    BadTexels bad_texels = BadTexels::refuse;
+};
+
+/// A map with its sampling distribution: what every estimator lights the sphere with.
+class Scene {
+  public:
+    /// Throws InputError for bad texels that are not to be repaired.
+    Scene(const Device& device, TableBuilder& builder, RadianceMap map, const SceneOptions& options = {});
+    Scene(const Scene&) = delete;  // the device reads the map where it lies
+    Scene& operator=(const Scene&) = delete;
+
+    [[nodiscard]] const RadianceMap& map() const noexcept { return map_; }
+    [[nodiscard]] const DeviceMap& device_map() const noexcept { return device_map_; }
+    [[nodiscard]] const Distribution& distribution() const noexcept { return distribution_; }
+    /// Texels that were blackened because they were NaN, infinite or negative.
+    [[nodiscard]] std::size_t repaired() const noexcept { return repaired_; }
+    /// Seconds that the tables took.
+    [[nodiscard]] double build_seconds() const noexcept { return build_seconds_; }
+
+  private:
+    RadianceMap map_;
+    std::size_t repaired_ = 0;
+    double build_seconds_ = 0;
+    DeviceMap device_map_;
+    Distribution distribution_;
+};
+
+}  // namespace clerestory
