@@ -114,9 +114,7 @@ MapCensus TableBuilder::census(const DeviceMap& map) {
 
 Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& options) {
     State& s = *state_;
-    const auto weights_rgb = luminance_weights(options.luminance);
-    const std::array<float, 3> luminance = {static_cast<float>(weights_rgb[0]), static_cast<float>(weights_rgb[1]),
-                                            static_cast<float>(weights_rgb[2])};
+    const auto luminance = luminance_weights_f32(options.luminance);
     Distribution built;
     built.width = map.width;
     built.height = map.height;

@@ -14,6 +14,11 @@ std::array<double, 3> luminance_weights(Luminance luminance) {
     return {1.0 / 3, 1.0 / 3, 1.0 / 3};
 }
 
+std::array<float, 3> luminance_weights_f32(Luminance luminance) {
+    const auto weights = luminance_weights(luminance);
+    return {static_cast<float>(weights[0]), static_cast<float>(weights[1]), static_cast<float>(weights[2])};
+}
+
 MapCensus join_census(const std::vector<Census>& rows, std::size_t width) {
     MapCensus joined;
     for (std::size_t i = 0; i < rows.size(); ++i) {

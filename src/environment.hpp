@@ -17,6 +17,8 @@ enum class Luminance { average, rec709 };
 
 /// Weights of R, G and B in the intensity.
 std::array<double, 3> luminance_weights(Luminance luminance);
+/// The same, rounded to what the kernels take.
+std::array<float, 3> luminance_weights_f32(Luminance luminance);
 
 /// A census of a whole map (shared_types.h counts a row), with the first place of each kind of bad texel's row.
 struct MapCensus {

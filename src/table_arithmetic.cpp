@@ -26,7 +26,7 @@ class RealTables {
     RealTables(const Device& device, const DeviceMap& map, Luminance luminance, bool compensated)
         : device_(device),
           map_(map),
-          weights_(luminance_weights(luminance)),
+          weights_(luminance_weights_f32(luminance)),
           program_(device, "table_arithmetic.cl",
                    std::string(sizeof(Real) == 8 ? "-DREAL=double" : "-DREAL=float") +
                        (compensated ? " -DCOMPENSATED=1" : " -DCOMPENSATED=0")),
@@ -95,7 +95,7 @@ struct ExactWeights {
 };
 
 ExactWeights exact_weights(const DeviceMap& map, Luminance luminance) {
-    const std::array<float, 3> share = luminance_weights(luminance);
+    const std::array<float, 3> share = luminance_weights_f32(luminance);
     const std::vector<float> radiance = map.radiance.download();
     const std::vector<float> sine = row_geometry(map.width, map.height).sine;
     ExactWeights exact;

@@ -10,6 +10,7 @@
 #include "commands/map_options.hpp"
 #include "error.hpp"
 #include "inspect.hpp"
+#include "table_arithmetic.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -44,19 +45,23 @@ void print(const MapFacts& facts, const nlohmann::json& report) {
     fmt::print("negative         {}{}\n", facts.negative.count, place_text(facts.negative));
     fmt::print("zero             {}{}\n", facts.zero.count, place_text(facts.zero));
     if (!report["build_seconds"].is_null()) {
+        fmt::print("undrawable f32   {} lit texels that a float32 running sum could never draw\n",
+                   report["undrawable_f32"].get<std::uint64_t>());
         fmt::print("table build      {:.4f} s, {:.2f} GB/s, kernels warm\n", report["build_seconds"].get<double>(),
                    report["build_gb_per_second"].get<double>());
     }
 }
 
 /// Adds what only the tables of a usable map can tell.
-void add_table_facts(nlohmann::json& report, const Scene& scene, TableBuilder& builder, const InfoOptions& options) {
+void add_table_facts(nlohmann::json& report, const Scene& scene, const Device& device, TableBuilder& builder,
+                     const InfoOptions& options) {
     const Stopwatch watch;
     builder.build(scene.device_map(), {.luminance = luminance_of(options.map)});
     const double seconds = watch.seconds();  // of the second build: the first one compiled the kernels
     const auto texels = static_cast<double>(scene.map().width * scene.map().height);
     report["build_seconds"] = seconds;
     report["build_first_seconds"] = scene.build_seconds();
+    report["undrawable_f32"] = undrawable_f32(device, scene.device_map(), luminance_of(options.map));
     report["build_gb_per_second"] = texels * BYTES_PER_TEXEL / seconds / GIGA;
 }
 
@@ -76,6 +81,7 @@ nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, co
                        {"inf", place_of(facts.inf)},
                        {"negative", place_of(facts.negative)},
                        {"zero", place_of(facts.zero)}};
+    report["undrawable_f32"] = nullptr;
     report["build_seconds"] = nullptr;
     return report;
 }
@@ -90,7 +96,7 @@ void run(const InfoOptions& options) {
         TableBuilder builder(device);
         const auto scene = make_scene(device, builder, std::move(map), options.map, options.common);
         report["device"] = device.info().name;
-        add_table_facts(report, *scene, builder, options);
+        add_table_facts(report, *scene, device, builder, options);
     }
     if (options.common.json != "-") print(facts, report);
     emit_json(options.common, report);

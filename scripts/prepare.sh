@@ -1,0 +1,55 @@
+# Shared by run.sh, test.sh, .ci/run and bench/run.sh: packages and builds. Sourced from the repository's root.
+
+# Packages of packages.txt that are not installed yet, plus those named as arguments.
+missing_packages() {
+    local wanted
+    wanted=$( (sed 's/#.*//' packages.txt; printf '%s\n' "$@") | awk 'NF { print $1 }')
+    local package
+    for package in $wanted; do
+        dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || echo "$package"
+    done
+}
+
+# Installs what is missing; quick and silent where nothing is.
+install_packages() {
+    if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+        echo "This is no Debian system: install what packages.txt names by your own means, then run cmake --preset release." >&2
+        exit 2
+    fi
+    local missing
+    missing=$(missing_packages "$@")
+    [ -z "$missing" ] && return
+    local as_root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            echo "Not root and no sudo: run this as root: apt-get install" $missing >&2
+            exit 2
+        fi
+        as_root=(sudo)
+    fi
+    echo "Installing:" $missing
+    export DEBIAN_FRONTEND=noninteractive
+    "${as_root[@]}" apt-get update -qq
+    "${as_root[@]}" apt-get install -y -qq --no-install-recommends $missing >/dev/null
+}
+
+# configure PRESET [CMAKE OPTIONS]: quiet unless it fails.
+configure() {
+    local log
+    log=$(mktemp)
+    if ! cmake --preset "$@" >"$log" 2>&1; then
+        cat "$log" >&2
+        rm -f "$log"
+        exit 1
+    fi
+    rm -f "$log"
+}
+
+# build PRESET [TARGETS]: shows progress on a terminal only.
+build() {
+    local preset=$1
+    shift
+    local targets=()
+    [ $# -gt 0 ] && targets=(--target "$@")
+    cmake --build --preset "$preset" "${targets[@]}" -- --quiet
+}

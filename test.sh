@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# Installs what the tests need (Debian 12), builds, and passes every test. Arguments go to ctest: ./test.sh -R Stage2Cdf
+set -euo pipefail
+cd "$(dirname "$0")"
+. scripts/prepare.sh
+
+install_packages
+configure release -DCLERESTORY_TESTS=ON -DCLERESTORY_BENCH=ON
+build release
+ctest --test-dir build/release --output-on-failure -j "$(nproc)" -LE large "$@"
