@@ -74,7 +74,7 @@ void add_tone_options(CLI::App& command, ToneOptions& tone) {
 }
 
 std::filesystem::path map_file(const MapOptions& options) {
-    return options.file.empty() ? bundled_map("city") : std::filesystem::path(options.file);
+    return options.file.empty() ? bundled_map(DEFAULT_MAP) : std::filesystem::path(options.file);
 }
 
 Luminance luminance_of(const MapOptions& options) {
