@@ -8,7 +8,8 @@
 ///   pdf       [count]      per steradian
 ///   drawn     [3 * count]  three planes: radiance of the texel, R, G, B
 /// Range: one work-item per pair. No local memory, no barrier.
-/// Error: texels exact; direction 3e-7 absolute, pdf 4 ulp (measured in tests/stage3_sample_test.cpp).
+/// Error: texels exact; place within the texel 2e-7 of it, the place's direction 6.5e-7 absolute, pdf 3 ulp (measured in
+/// tests/stage3_sample_test.cpp, where the bounds are derived).
 /// Source: Pharr, Jakob, Humphreys, PBRT 4th ed., 2.4 and 12.5; the integer tables are this project's own.
 kernel void draw_samples(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
                          global const uint* conditional, global const uint* conditional_guide, uint width,
