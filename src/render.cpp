@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "clock.hpp"
+#include "exact.hpp"
 
 namespace clerestory {
 namespace {
@@ -15,9 +16,16 @@ struct EstimatorName {
     const char* name;
 };
 constexpr std::array ESTIMATORS = {EstimatorName{Estimator::shared, "shared"},
-                                   EstimatorName{Estimator::per_pixel, "per-pixel"}};
+                                   EstimatorName{Estimator::per_pixel, "per-pixel"},
+                                   EstimatorName{Estimator::exact, "exact"}};
 
 }  // namespace
+
+std::vector<std::string> estimator_names() {
+    std::vector<std::string> names;
+    for (const auto& [value, name] : ESTIMATORS) names.emplace_back(name);
+    return names;
+}
 
 std::string estimator_name(Estimator estimator) {
     for (const auto& [value, name] : ESTIMATORS) {
@@ -27,12 +35,11 @@ std::string estimator_name(Estimator estimator) {
 }
 
 Estimator estimator_by_name(const std::string& wanted) {
-    std::string known;
     for (const auto& [value, name] : ESTIMATORS) {
         if (name == wanted) return value;
-        known += known.empty() ? name : fmt::format(", {}", name);
     }
-    throw UsageError(fmt::format("no estimator is named {}: choose one of {}", wanted, known));
+    throw UsageError(
+        fmt::format("no estimator is named {}: choose one of {}", wanted, fmt::join(estimator_names(), ", ")));
 }
 
 struct Renderer::State {
@@ -41,6 +48,7 @@ struct Renderer::State {
     const Device& device;
     std::optional<Display> display;
     std::optional<SharedShader> shared;
+    std::optional<ExactIntegrator> exact;
     std::optional<SphereView> view;
 
     const SphereView& view_of(std::size_t size) {
@@ -68,6 +76,15 @@ struct Renderer::State {
         shader.shade(pixels, options.samples, white);
         seconds.emplace_back("shade", watch.lap());
     }
+
+    void integrate(const Scene& scene, const RenderOptions& options, const SphereView& pixels, Buffer<cl_float>& white,
+                   StageSeconds& seconds, const ProgressFunction& progress) {
+        Stopwatch watch;
+        if (!exact) exact.emplace(device);
+        seconds.emplace_back("kernels", watch.lap());
+        exact->shade(scene.device_map(), scene.distribution(), options.sampling.rotate_y_deg, pixels, white, progress);
+        seconds.emplace_back("shade", watch.lap());
+    }
 };
 
 Renderer::Renderer(const Device& device) : state_(std::make_unique<State>(device)) {}
@@ -80,7 +97,7 @@ Display& Renderer::display() {
     return *state_->display;
 }
 
-Rendered Renderer::render(const Scene& scene, const RenderOptions& options, const ProgressFunction& /*progress*/) {
+Rendered Renderer::render(const Scene& scene, const RenderOptions& options, const ProgressFunction& progress) {
     State& s = *state_;
     Rendered picture;
     picture.size = options.size;
@@ -90,10 +107,18 @@ Rendered Renderer::render(const Scene& scene, const RenderOptions& options, cons
     picture.seconds.emplace_back("view", watch.lap());
     if (scene.distribution().black()) {
         white.fill(0.0F);
-    } else if (options.estimator == Estimator::shared) {
-        s.shade_shared(scene, options, view, white, picture.seconds);
     } else {
-        s.shade_per_pixel(scene, options, view, white, picture.seconds);
+        switch (options.estimator) {
+            case Estimator::shared:
+                s.shade_shared(scene, options, view, white, picture.seconds);
+                break;
+            case Estimator::per_pixel:
+                s.shade_per_pixel(scene, options, view, white, picture.seconds);
+                break;
+            case Estimator::exact:
+                s.integrate(scene, options, view, white, picture.seconds, progress);
+                break;
+        }
     }
     watch.lap();
     picture.rgba = display().compose(view, white, options.albedo * options.scale, scene.distribution().exponent);

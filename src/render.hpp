@@ -15,8 +15,14 @@
 namespace clerestory {
 
 /// How the light that a pixel receives is computed.
-enum class Estimator { shared, per_pixel };
+enum class Estimator {
+    shared,     ///< one sample set for every pixel
+    per_pixel,  ///< a fresh set for every pixel
+    exact,      ///< the integral itself; needs no samples
+};
 
+/// Every estimator's name at the command line.
+std::vector<std::string> estimator_names();
 /// The name of an estimator at the command line, and back. Throws UsageError.
 std::string estimator_name(Estimator estimator);
 Estimator estimator_by_name(const std::string& name);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -24,7 +25,29 @@ cl_ulong step_of(std::size_t count) {
     return LAST / count + (std::has_single_bit(count) && count > 1 ? 1 : 0);
 }
 
+struct SequenceName {
+    Sequence sequence;
+    const char* name;
+};
+constexpr std::array SEQUENCES = {SequenceName{Sequence::random, "random"},
+                                  SequenceName{Sequence::stratified, "stratified"},
+                                  SequenceName{Sequence::sobol, "sobol"}};
+
 }  // namespace
+
+std::vector<std::string> sequence_names() {
+    std::vector<std::string> names;
+    for (const auto& [value, name] : SEQUENCES) names.emplace_back(name);
+    return names;
+}
+
+Sequence sequence_by_name(const std::string& wanted) {
+    for (const auto& [value, name] : SEQUENCES) {
+        if (name == wanted) return value;
+    }
+    throw UsageError(
+        fmt::format("no sequence is named {}: choose one of {}", wanted, fmt::join(sequence_names(), ", ")));
+}
 
 std::string draw_defines(const Distribution& distribution, const SamplingOptions& options) {
     return fmt::format("-DROW_STEPS={} -DCOLUMN_STEPS={} -DTEXEL_CENTRE={} -DGUIDED={} -DSEQUENCE={}u",

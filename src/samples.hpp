@@ -22,6 +22,10 @@ enum class Sequence : cl_uint {
                              ///< of two
 };
 
+/// Every sequence's name at the command line, and a sequence by its name. Throws UsageError.
+std::vector<std::string> sequence_names();
+Sequence sequence_by_name(const std::string& name);
+
 /// Where in its texel a sample lies.
 enum class TexelPlace { jitter, centre };
 

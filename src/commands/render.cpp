@@ -130,7 +130,7 @@ void add_render(CLI::App& app) {
     add_map_options(*command, options->map);
     add_draw_options(*command, options->draw);
     command->add_option("--estimator", options->estimator, "How light is added up")
-        ->check(CLI::IsMember({"shared", "per-pixel"}))
+        ->check(CLI::IsMember(estimator_names()))
         ->capture_default_str();
     command->add_option("--size", options->render.size, "Pixels of a side")
         ->check(CLI::Range(std::size_t{1}, LARGEST_SIDE))

@@ -11,8 +11,10 @@ void add_draw_options(CLI::App& command, DrawOptions& options) {
         ->check(CLI::Range(std::size_t{1}, LARGEST_COUNT))
         ->capture_default_str()
         ->group(group);
-    command.add_option("--sequence", options.sequence, "Where sample points come from")
-        ->check(CLI::IsMember({"random"}))
+    command
+        .add_option("--sequence", options.sequence,
+                    "Where sample points come from; sobol is best where N is a power of two")
+        ->check(CLI::IsMember(sequence_names()))
         ->capture_default_str()
         ->group(group);
     command.add_option("--texel", options.texel, "A sample lies anywhere in its texel, or at its centre")
@@ -25,6 +27,7 @@ void add_draw_options(CLI::App& command, DrawOptions& options) {
 
 SamplingOptions sampling_of(const DrawOptions& options, const Common& common, double rotate_y) {
     SamplingOptions sampling;
+    sampling.sequence = sequence_by_name(options.sequence);
     sampling.place = options.texel == "centre" ? TexelPlace::centre : TexelPlace::jitter;
     sampling.seed = common.seed;
     sampling.rotate_y_deg = rotate_y;
