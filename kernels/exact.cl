@@ -142,7 +142,7 @@ kernel void add_latitudes(global const double* frames, global const uint* ring, 
     const size_t r = ring[at];
     const double ny = ring_y[r];
     const double radians = TWO_PI_D / width;
-    const double tolerance = corner_tolerance(width);
+    const double centred = 0.5 - corner_tolerance(width);
     const int w = (int)width;
     double4 flat = 0.0;
     double4 cosine = 0.0;
@@ -160,11 +160,12 @@ kernel void add_latitudes(global const double* frames, global const uint* ring, 
         } else {
             const double x0 = f.azimuth - k.x;
             const double x1 = f.azimuth + k.x;
-            int left = (int)floor(x0);
-            int right = (int)floor(x1);
-            const double fraction0 = fabs(x0 - left - 0.5);
-            const double fraction1 = fabs(x1 - right - 0.5);
-            if (fmax(fraction0, fraction1) > 0.5 - tolerance) {
+            // Moved to positive positions, where a conversion is a floor.
+            int left = (int)(x0 + width) - w;
+            int right = (int)x1;
+            const double off_centre0 = fabs(x0 - left - 0.5);
+            const double off_centre1 = fabs(x1 - right - 0.5);
+            if ((off_centre0 > centred) | (off_centre1 > centred)) {
                 const int2 settled =
                     settled_columns(ny, f, vload2(first + e, latitudes), meridians, left, right, w);
                 left = settled.x;
@@ -183,12 +184,11 @@ kernel void add_latitudes(global const double* frames, global const uint* ring, 
             cosine = fma(until, vload4(1, p1), fma(from, vload4(1, p0), cosine));
             sine = fma(until, vload4(2, p1), fma(from, vload4(2, p0), sine));
         }
-        if (turns != 0) {
-            global const double* whole = row + LATITUDE_ENTRY * (size_t)width;
-            flat += (double)turns * k.z * vload4(0, whole);
-            cosine += (double)turns * k.w * vload4(1, whole);
-            sine += (double)turns * k.w * vload4(2, whole);
-        }
+        global const double* whole = row + LATITUDE_ENTRY * (size_t)width;
+        const double4 of_whole = (double4)((double)turns * k.w);
+        flat = fma((double4)((double)turns * k.z), vload4(0, whole), flat);
+        cosine = fma(of_whole, vload4(1, whole), cosine);
+        sine = fma(of_whole, vload4(2, whole), sine);
     }
     const double3 sum = flat.xyz + f.nx * cosine.xyz + f.nz * sine.xyz + (double3)(flat.w, cosine.w, sine.w);
     sums[at] += sum.x;
@@ -234,39 +234,53 @@ kernel void add_meridians(global const double* frames, global const uint* ring, 
     const double ny = ring_y[ring[at]];
     const double side = ny > 0.0 ? 1.0 : -1.0;
     const double rows = height / PI_D;
-    const double tolerance = corner_tolerance(height);
-    double4 sum = 0.0;
+    const double centred = 0.5 - corner_tolerance(height);
+    const long8 lane = (long8)(0, 1, 2, 3, 4, 5, 6, 7);
+    double4 partial[4] = {(double4)(0.0), (double4)(0.0), (double4)(0.0), (double4)(0.0)};
     for (uint group = 0u; group < band; group += MERIDIANS_WIDE) {
         const double16 cs = vload16(0, meridians + 2 * ((size_t)first + group));
         const double8 along = fma((double8)(f.nx), cs.even, f.nz * cs.odd);
         const double8 across = fma((double8)(f.nx), cs.odd, -(f.nz * cs.even));
-        const double8 theta = atan2((double8)(fabs(ny)), -side * along);
-        const double8 psi = atan2(fabs(ny) * fabs(across), along);
-        const double8 value_factor = side * across;
-        const double8 difference_factor = fma(value_factor, theta, across < 0.0 ? -psi : psi);
+        const double8 theta = upper_angle(-side * along, (double8)(fabs(ny)));
+        const double8 psi = upper_angle(along, fabs(ny) * fabs(across));
+        // Meridians beyond the band's last count nothing.
+        const long8 taken = lane < (long)(band - group);
+        const double8 value_factor = taken ? side * across : (double8)(0.0);
+        const double8 turned = across < 0.0 ? -psi : psi;
+        const double8 difference_factor = taken ? fma(value_factor, theta, turned) : (double8)(0.0);
         const double8 position = theta * rows;
-        const int8 row = clamp(convert_int8_rtz(position), 0, (int)height - 1);
-        const long8 near = fabs(position - convert_double8(row) - 0.5) > 0.5 - tolerance;
-        double along_of[MERIDIANS_WIDE], value_of[MERIDIANS_WIDE], difference_of[MERIDIANS_WIDE];
+        const int8 row = min(convert_int8(position), (int)height - 1);
+        const long8 near = fabs(position - convert_double8(row) - 0.5) > centred;
+        double value_of[MERIDIANS_WIDE], difference_of[MERIDIANS_WIDE];
         int row_of[MERIDIANS_WIDE];
         vstore8(value_factor, 0, value_of);
         vstore8(difference_factor, 0, difference_of);
         vstore8(row, 0, row_of);
         if (any(near)) {
+            double along_of[MERIDIANS_WIDE];
             vstore8(along, 0, along_of);
             for (int k = 0; k < MERIDIANS_WIDE; ++k) {
                 row_of[k] = settled_row(ny, along_of[k], latitudes, row_of[k], (int)height);
             }
         }
-        const int count = (int)min((uint)MERIDIANS_WIDE, band - group);
-        for (int k = 0; k < count; ++k) {
-            global const double* column = moments + MERIDIAN_ENTRY * (size_t)(group + (uint)k) * (height + 1u);
-            global const double* entry = column + MERIDIAN_ENTRY * (size_t)row_of[k];
-            sum = fma((double4)(value_of[k]), vload4(0, entry), fma((double4)(difference_of[k]), vload4(1, entry), sum));
-            // Below the equator the piece above the horizon is the rest of the meridian.
-            if (ny < 0.0) sum -= value_of[k] * vload4(0, column + MERIDIAN_ENTRY * (size_t)height);
+#pragma unroll
+        for (int k = 0; k < MERIDIANS_WIDE; ++k) {
+            const size_t column = (size_t)min(group + (uint)k, band - 1u) * (height + 1u);
+            global const double* entry = moments + MERIDIAN_ENTRY * (column + row_of[k]);
+            partial[2 * (k & 1)] = fma((double4)(value_of[k]), vload4(0, entry), partial[2 * (k & 1)]);
+            partial[2 * (k & 1) + 1] = fma((double4)(difference_of[k]), vload4(1, entry), partial[2 * (k & 1) + 1]);
+        }
+        // Where the pixel looks down, the piece above the horizon is the rest of the meridian.
+        if (ny < 0.0) {
+#pragma unroll
+            for (int k = 0; k < MERIDIANS_WIDE; ++k) {
+                const size_t column = (size_t)min(group + (uint)k, band - 1u) * (height + 1u);
+                global const double* whole = moments + MERIDIAN_ENTRY * (column + height);
+                partial[k & 1] = fma((double4)(-value_of[k]), vload4(0, whole), partial[k & 1]);
+            }
         }
     }
+    const double4 sum = (partial[0] + partial[1]) + (partial[2] + partial[3]);
     sums[at] -= sum.x;
     sums[(size_t)stride + at] -= sum.y;
     sums[2 * (size_t)stride + at] -= sum.z;
