@@ -38,7 +38,7 @@ class Stage1Weight : public testing::Test {
         const DeviceMap on_device(device_, map);
         const std::size_t chunks = (map.width + CHUNK_TEXELS - 1) / CHUNK_TEXELS;
         const std::size_t items = map.height * chunks;
-        const auto share = luminance_weights(luminance);
+        const auto share = luminance_weights_f32(luminance);
         Censuses parts(device_, "census", items);
         Censuses rows(device_, "row census", map.height);
         Weights part_weights(device_, "weights", items);
@@ -97,7 +97,7 @@ TEST_F(Stage1Weight, SumsEqualTheReferenceToTheBit) {
             const std::vector<RowWeight> weights = weigh(map, luminance);
             for (std::size_t i = 0; i < map.height; ++i) {
                 const reference::RowTable row = reference::row_table(
-                    {map.rgb.data() + 3 * i * map.width, 3 * map.width}, luminance_weights(luminance));
+                    {map.rgb.data() + 3 * i * map.width, 3 * map.width}, luminance_weights_f32(luminance));
                 ASSERT_EQ(weights[i].sum, row.sum) << hard.name << " row " << i;
                 ASSERT_EQ(weights[i].exponent, row.exponent) << hard.name << " row " << i;
                 ASSERT_EQ(weights[i].lit, row.lit) << hard.name << " row " << i;

@@ -54,7 +54,7 @@ TEST_F(Stage2Cdf, TablesEqualTheReferenceToTheBitOnBothScanPaths) {
             std::vector<reference::RowTable> wanted;
             for (std::size_t i = 0; i < map.height; ++i) {
                 wanted.push_back(reference::row_table({map.rgb.data() + 3 * i * map.width, 3 * map.width},
-                                                      luminance_weights(luminance)));
+                                                      luminance_weights_f32(luminance)));
                 const auto first = rows.conditional.begin() + static_cast<std::ptrdiff_t>(i * map.width);
                 ASSERT_TRUE(std::equal(wanted.back().end.begin(), wanted.back().end.end(), first))
                     << hard.name << " row " << i;
