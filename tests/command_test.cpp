@@ -211,7 +211,7 @@ TEST_F(Command, InfoTellsWhatAMapHolds) {
 }
 
 TEST_F(Command, WithoutAMapTheBundledOneIsUsed) {
-    const ProgramResult result = run_program({"info", "--json", "-"}, {.folder = folder_.path()});
+    const ProgramResult result = run_program({"info", "--json", "-"}, {.environment = {}, .folder = folder_.path()});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(json::parse(result.out)["width"], 1024);
 }

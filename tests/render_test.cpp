@@ -181,7 +181,8 @@ TEST_F(Render, ARotationByAQuarterTurnLightsTheFarSideWithTheCentreColumn) {
     for (const std::string& name : estimator_names()) {
         RenderOptions chosen = options(estimator_by_name(name), 64);
         chosen.sampling.rotate_y_deg = 90;
-        EXPECT_EQ(pixels(scene, chosen)[centre], 0) << name;
+        // Sampled cosines are clamped to 0; the exact sum of edges leaves rounding of the double sums.
+        EXPECT_NEAR(pixels(scene, chosen)[centre], 0, 1e-14) << name;
         chosen.sampling.rotate_y_deg = -90;
         EXPECT_GT(pixels(scene, chosen)[centre], 0) << name;
     }
@@ -200,8 +201,8 @@ TEST_F(Render, TheSameSeedGivesTheSameBitsForAnyThreadsAndGroups) {
         const Estimator estimator = estimator_by_name(name);
         const auto expected = render_with({}, estimator);
         EXPECT_EQ(render_with({}, estimator), expected) << name;
-        EXPECT_EQ(render_with({.threads = 1}, estimator), expected) << name;
-        EXPECT_EQ(render_with({.work_group = 3}, estimator), expected) << name;
+        EXPECT_EQ(render_with({.selector = "", .threads = 1, .work_group = 0}, estimator), expected) << name;
+        EXPECT_EQ(render_with({.selector = "", .threads = 0, .work_group = 3}, estimator), expected) << name;
     }
 }
 
