@@ -122,6 +122,11 @@ std::vector<NamedMap> hard_maps() {
     maps.push_back({"SunsInAnEightKRow", [] { return sun_map(8192, 2, 0, 16, 1e6F, 0.05F, true); }});
     maps.push_back({"Denormal", [] { return constant_map(64, 32, 1e-40F); }});
     maps.push_back({"LeastDenormal", [] { return checkerboard_map(64, 32, 1.4e-45F); }});
+    maps.push_back({"RandomDenormal", [] {
+                        RadianceMap map = random_map(64, 32, 7);
+                        for (std::size_t i = 0; i < map.rgb.size(); ++i) map.rgb[i] = std::ldexp(map.rgb[i], -141);
+                        return map;
+                    }});
     maps.push_back({"Largest", [] { return constant_map(64, 32, 3e38F); }});
     maps.push_back({"LargestHalf", [] { return constant_map(64, 32, 65504.0F); }});
     maps.push_back({"LargestOverDenormal", [] {
