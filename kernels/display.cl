@@ -39,7 +39,7 @@ kernel void tone_map(global const float* from, uint channels, uint count, float 
     const uint at = (uint)get_global_id(0);
     if (at >= count) return;
     global const float* pixel = from + (size_t)channels * at;
-    const uint alpha = channels == 4u ? convert_uint_sat_rte(255.0f * pixel[3]) : 255u;
+    const uint alpha = channels == 4u ? convert_uchar_sat_rte(255.0f * pixel[3]) : 255u;
     preview[at] = tone(pixel[0], exposure, inverse_gamma) | tone(pixel[1], exposure, inverse_gamma) << 8 |
                   tone(pixel[2], exposure, inverse_gamma) << 16 | alpha << 24;
 }

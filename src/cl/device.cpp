@@ -71,7 +71,8 @@ std::vector<Found> find_devices() {
 bool is_selector(const std::string& text) {
     const auto colon = text.find(':');
     if (colon == std::string::npos || colon == 0 || colon + 1 == text.size()) return false;
-    return std::all_of(text.begin(), text.end(), [](char c) { return c == ':' || (c >= '0' && c <= '9'); });
+    return std::count(text.begin(), text.end(), ':') == 1 &&
+           std::all_of(text.begin(), text.end(), [](char c) { return c == ':' || (c >= '0' && c <= '9'); });
 }
 
 Found choose(const std::string& selector) {
