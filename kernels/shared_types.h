@@ -26,6 +26,11 @@ typedef cl_ulong shared_ulong;
 // Texels of a chunk, where a row is cut for several work-items.
 #define CHUNK_TEXELS 4096u
 
+// Bins of intensities by their leading bits: what is left of a float from 0 to 4 shifted by INTENSITY_SHIFT bits; 32
+// bins for each power of two.
+#define INTENSITY_SHIFT 18
+#define INTENSITY_BINS 4160u
+
 // First word of a random stream's domain, so that no two uses share numbers.
 #define DOMAIN_SHARED 0u
 #define DOMAIN_PER_PIXEL 1u

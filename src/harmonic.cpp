@@ -1,0 +1,387 @@
+#include "harmonic.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "cl/kernel.hpp"
+#include "cl/program.hpp"
+#include "legendre.hpp"
+
+namespace clerestory {
+namespace {
+
+using Floats = Buffer<cl_float>;
+using Uints = Buffer<cl_uint>;
+
+constexpr double pi = std::numbers::pi;
+constexpr std::size_t CHANNELS = 3;
+
+constexpr std::size_t PIXELS_WIDE_ON_CPU = 16;
+constexpr std::size_t SHADE_REGISTERS = 4;
+constexpr std::size_t HARMONIC_REGISTERS = 2;
+constexpr std::size_t ROWS_PER_ITEM = 4;
+// Histograms for each compute unit: more share the rows out evenly, fewer are joined sooner.
+constexpr std::size_t HISTOGRAMS_PER_UNIT = 4;
+// Largest side of a light, radians: a texel of a map 512 wide. A light counts as a point, which is wrong only for
+// normals to which it lies on the horizon; alone in a black sky, one of this size costs 3e-4 of relative RMSE.
+constexpr double LIGHT_SIDE = 2 * pi / 512;
+
+cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
+
+float map_scale(int exponent) { return std::ldexp(1.0F, -exponent); }
+
+/// Integral of w over the cell about (theta, phi) of the given sides; products, where differences would cancel.
+std::array<double, 3> cell_integral(double theta, double phi, double theta_side, double phi_side) {
+    const double across = theta_side / 2 - std::cos(2 * theta) * std::sin(theta_side) / 2;  // of sin^2(theta)
+    const double wide = 2 * std::sin(phi_side / 2);
+    return {across * wide * std::cos(phi), std::sin(2 * theta) * std::sin(theta_side) / 2 * phi_side,
+            across * wide * std::sin(phi)};
+}
+
+/// Pieces that a side of a texel is cut into, so that none is longer than LIGHT_SIDE.
+std::size_t pieces(double side) { return static_cast<std::size_t>(std::max(1.0, std::ceil(side / LIGHT_SIDE - 1e-9))); }
+
+/// How a map's texels become lights.
+struct Pieces {
+    explicit Pieces(const DeviceMap& map)
+        : down(pieces(pi / static_cast<double>(map.height))), along(pieces(2 * pi / static_cast<double>(map.width))) {}
+    std::size_t down;
+    std::size_t along;
+    [[nodiscard]] std::size_t count() const noexcept { return down * along; }
+};
+
+/// The least intensity, of those where bins meet, above which there are at most `most` texels.
+///   bins  [sets * INTENSITY_BINS]
+float light_threshold(const std::vector<cl_uint>& bins, std::size_t most) {
+    if (most == 0) return std::numeric_limits<float>::infinity();
+    std::size_t above = 0;
+    for (std::size_t bin = INTENSITY_BINS; bin-- > 0;) {
+        for (std::size_t set = 0; set < bins.size(); set += INTENSITY_BINS) above += bins[set + bin];
+        if (above > most) return std::bit_cast<float>(static_cast<std::uint32_t>(bin + 1) << INTENSITY_SHIFT);
+    }
+    return 0;
+}
+
+/// cos(m phi) and sin(m phi) at the columns' centres, as sum_rows reads them.
+std::vector<float> column_waves(std::size_t width, std::size_t stride, std::size_t degree) {
+    std::vector<float> waves(2 * (degree + 1) * stride, 0.0F);
+    for (std::size_t m = 0; m <= degree; ++m) {
+        float* const cosine = waves.data() + 2 * m * stride;
+        for (std::size_t j = 0; j < width; ++j) {
+            // m (2 j + 1) half columns, reduced to one turn exactly.
+            const auto turns = static_cast<double>(m * (2 * j + 1) % (2 * width)) / static_cast<double>(2 * width);
+            cosine[j] = static_cast<float>(std::cos(2 * pi * turns));
+            cosine[stride + j] = static_cast<float>(std::sin(2 * pi * turns));
+        }
+    }
+    return waves;
+}
+
+/// Integral of cos(m phi) over a column over its value at the centre.
+double column_integral(std::size_t m, std::size_t width) {
+    const double side = 2 * pi / static_cast<double>(width);
+    return m == 0 ? side : 2 * std::sin(static_cast<double>(m) * side / 2) / static_cast<double>(m);
+}
+
+/// Relative RMSE that the cut leaves, see HarmonicLight; `energy` is the integral of the squared radiance, channels
+/// added up, of all that the series was made of.
+void judge_truncation(HarmonicLight& light, double energy) {
+    double mean = light.coefficients[0][0] + light.coefficients[0][1] + light.coefficients[0][2];
+    mean /= std::sqrt(4 * pi);
+    for (const DirectLight& direct : light.lights) {
+        const auto& v = direct.vector;
+        const double flux = static_cast<double>(direct.radiance[0]) + static_cast<double>(direct.radiance[1]) +
+                            static_cast<double>(direct.radiance[2]);
+        mean += flux * std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) / (4 * pi);
+    }
+    if (mean == 0) return;
+    std::vector<double> spectrum(light.degree + 1, 0.0);
+    for (std::size_t l = 0; l <= light.degree; ++l) {
+        for (std::size_t m = 0; m <= l; ++m) {
+            for (const double c : light.coefficients[triangle_index(l, m)]) spectrum[l] += c * c;
+        }
+        energy -= spectrum[l];
+    }
+    energy = std::max(energy, 0.0);
+    const std::size_t last = light.degree - light.degree % 2;
+    const std::size_t next = light.degree == 0 ? 1 : last + 2;
+    const std::size_t horizon = 16 * (last + 2);  // the sum falls with the cube of the degree
+    const std::vector<double> factors = lambert_factors(horizon);
+    const auto rms = [&](double sum) { return std::sqrt(sum * CHANNELS / (4 * pi)) / mean; };
+    light.truncation_bound = rms(energy * factors[next] * factors[next]);
+    const std::size_t earlier = last < 4 ? last : last - 2;
+    const double coefficients = static_cast<double>(2 * last + 1 + (earlier == last ? 0 : 2 * earlier + 1));
+    const double each = (spectrum[last] + (earlier == last ? 0 : spectrum[earlier])) / coefficients;
+    double beyond = 0;
+    for (std::size_t l = next; l <= horizon; ++l) {
+        beyond += static_cast<double>(2 * l + 1) * factors[l] * factors[l] * each;
+    }
+    light.truncation_estimate = std::min(rms(beyond), light.truncation_bound);
+}
+
+/// What evaluate_harmonics reads: the series turned by the rotation, lit by the clamped cosine.
+std::vector<float> series_terms(const HarmonicLight& light, double rotation) {
+    const std::size_t degree = light.degree;
+    const std::vector<double> factors = lambert_factors(degree);
+    const auto turned = [&](std::size_t l, std::size_t m) {
+        const auto& from = light.coefficients[triangle_index(l, m)];
+        const double c = std::cos(static_cast<double>(m) * rotation);
+        const double s = std::sin(static_cast<double>(m) * rotation);
+        const double gain = factors[l] * (m == 0 ? 1 : std::numbers::sqrt2);
+        std::array<double, 6> to{};
+        for (std::size_t k = 0; k < CHANNELS; ++k) {
+            to[k] = gain * (c * from[k] - s * from[CHANNELS + k]);
+            to[CHANNELS + k] = gain * (s * from[k] + c * from[CHANNELS + k]);
+        }
+        return to;
+    };
+    std::vector<float> terms;
+    const auto add = [&](double value) { terms.push_back(static_cast<float>(value)); };
+    const auto along = degree == 0 ? std::array<double, 6>{} : turned(1, 0);
+    const auto across = degree == 0 ? std::array<double, 6>{} : turned(1, 1);
+    const double y_first = std::sqrt(3 / (4 * pi));        // P_10 / y
+    const double x_first = y_first / std::numbers::sqrt2;  // P_11 / sin(theta)
+    for (std::size_t k = 0; k < CHANNELS; ++k) {
+        add(x_first * across[k]);
+        add(y_first * along[k]);
+        add(x_first * across[CHANNELS + k]);
+    }
+    const auto alpha_square = [](double l, double m) { return l <= m ? 0 : (l * l - m * m) / (4 * l * l - 1); };
+    double first = 1 / std::sqrt(4 * pi);  // P_mm / sin(theta)^m
+    for (std::size_t m = 0; m <= degree; ++m) {
+        const auto order = static_cast<double>(m);
+        if (m > 0) first *= std::sqrt(1 + 1 / (2 * order));
+        add(m % 2 == 0 ? first : first * std::sqrt(2 * order + 3));
+        for (std::size_t l = m + m % 2; l <= degree; l += 2) {
+            const auto d = static_cast<double>(l);
+            const double up = std::sqrt(alpha_square(d + 1, order) * alpha_square(d + 2, order));
+            add(1 / up);
+            add(-(alpha_square(d + 1, order) + alpha_square(d, order)) / up);
+            add(-std::sqrt(alpha_square(d, order) * alpha_square(d - 1, order)) / up);
+            for (const double c : turned(l, m)) add(c);
+        }
+    }
+    return terms;
+}
+
+/// The lights as shade_shared reads them.
+std::vector<float> light_records(const HarmonicLight& light, double rotation) {
+    const double c = std::cos(rotation);
+    const double s = std::sin(rotation);
+    std::vector<float> records(8 * light.lights.size(), 0.0F);
+    for (std::size_t i = 0; i < light.lights.size(); ++i) {
+        const auto& [v, radiance] = light.lights[i];
+        float* const to = records.data() + 8 * i;
+        const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        to[0] = static_cast<float>((v[0] * c - v[2] * s) / length);
+        to[1] = static_cast<float>(v[1] / length);
+        to[2] = static_cast<float>((v[0] * s + v[2] * c) / length);
+        for (std::size_t k = 0; k < CHANNELS; ++k) {
+            to[4 + k] = static_cast<float>(length / pi * static_cast<double>(radiance[k]));
+        }
+    }
+    return records;
+}
+
+std::string defines(const Device& device) {
+    return fmt::format("-DPIXELS_WIDE={} -DREGISTERS={} -DHARMONIC_REGISTERS={} -DROWS_PER_ITEM={}",
+                       device.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1, SHADE_REGISTERS, HARMONIC_REGISTERS,
+                       ROWS_PER_ITEM);
+}
+
+}  // namespace
+
+struct HarmonicShader::State {
+    explicit State(const Device& opened) : device(opened), pixels_wide(opened.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1) {}
+
+    const Device& device;
+    std::size_t pixels_wide;
+    Program program{device, "harmonic.cl", defines(device)};
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, Uints> count_intensities{device, program, "count_intensities"};
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints> count_lights{device, program, "count_lights"};
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints, Uints, Uints, Floats> collect_lights{device, program,
+                                                                                                     "collect_lights"};
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Floats, cl_uint, cl_uint, Floats, Floats> sum_rows{
+        device, program, "sum_rows"};
+    Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Floats> evaluate_harmonics{
+        device, program, "evaluate_harmonics"};
+
+    /// Shading with direct lights, built when first needed: a control variate has none.
+    struct Direct {
+        explicit Direct(const Device& device)
+            : program(device, "stage4_shade.cl", defines(device)), shade_shared(device, program, "shade_shared") {}
+        Program program;
+        Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared;
+    };
+    std::optional<Direct> direct;
+
+    /// What depends on a map's size and the degree alone, kept from one map to the next.
+    struct Tables {
+        std::size_t width = 0;
+        std::size_t height = 0;
+        std::size_t degree = 0;
+        std::size_t stride = 0;
+        Floats waves;
+        std::vector<double> rows;  ///< legendre_row_integrals
+    } tables;
+
+    const Tables& tables_for(const DeviceMap& map, std::size_t degree) {
+        if (tables.width == map.width && tables.height == map.height && tables.degree == degree) return tables;
+        const std::size_t stride = (map.width + PIXELS_WIDE_ON_CPU - 1) / PIXELS_WIDE_ON_CPU * PIXELS_WIDE_ON_CPU;
+        const std::vector<float> waves = column_waves(map.width, stride, degree);
+        tables = {map.width,
+                  map.height,
+                  degree,
+                  stride,
+                  Floats(device, "the columns' waves", std::span<const float>(waves)),
+                  legendre_row_integrals(map.height, degree)};
+        return tables;
+    }
+
+    /// Takes what exceeds the threshold as lights; returns the threshold.
+    float take_lights(const DeviceMap& map, std::size_t most, HarmonicLight& light) {
+        const Pieces cut(map);
+        const float scale = map_scale(light.exponent);
+        const auto w = narrow(map.width);
+        const auto h = narrow(map.height);
+        if (most / cut.count() == 0) return std::numeric_limits<float>::infinity();
+        const std::size_t share = (map.height - 1) / (HISTOGRAMS_PER_UNIT * device.info().compute_units) + 1;
+        const std::size_t sets = (map.height - 1) / share + 1;
+        Uints bins(device, "the intensities' histograms", sets * INTENSITY_BINS);
+        count_intensities({sets, 1}, map.radiance, w, h, narrow(share), scale, bins);
+        const float threshold = light_threshold(bins.download(), most / cut.count());
+
+        Uints count(device, "the rows' lights", map.height);
+        count_lights({map.height, device.work_group(1)}, map.radiance, w, h, scale, threshold, count);
+        std::vector<cl_uint> first = count.download();
+        cl_uint total = 0;
+        for (cl_uint& f : first) f = std::exchange(total, total + f);
+        if (total == 0) return threshold;
+        const Uints starts(device, "the rows' first lights", std::span<const cl_uint>(first));
+        Uints texel(device, "the lights' texels", total);
+        Floats excess(device, "the lights' radiances", CHANNELS * total);
+        // A texel within rounding of the threshold may be counted and then give nothing.
+        texel.fill(0);
+        excess.fill(0.0F);
+        collect_lights({map.height, device.work_group(1)}, map.radiance, w, h, scale, threshold, starts, count, texel,
+                       excess);
+        add_lights(map, cut, texel.download(), excess.download(), light);
+        return threshold;
+    }
+
+    static void add_lights(const DeviceMap& map, const Pieces& cut, const std::vector<cl_uint>& texel,
+                           const std::vector<float>& excess, HarmonicLight& light) {
+        const double theta_side = pi / static_cast<double>(map.height * cut.down);
+        const double phi_side = 2 * pi / static_cast<double>(map.width * cut.along);
+        light.light_texels = texel.size();
+        light.lights.reserve(texel.size() * cut.count());
+        for (std::size_t t = 0; t < texel.size(); ++t) {
+            const std::size_t row = texel[t] / map.width;
+            const std::size_t column = texel[t] % map.width;
+            for (std::size_t p = 0; p < cut.count(); ++p) {
+                const auto down = static_cast<double>(row * cut.down + p / cut.along) + 0.5;
+                const auto along = static_cast<double>(column * cut.along + p % cut.along) + 0.5;
+                light.lights.push_back({cell_integral(down * theta_side, along * phi_side, theta_side, phi_side),
+                                        {excess[3 * t], excess[3 * t + 1], excess[3 * t + 2]}});
+            }
+        }
+    }
+
+    /// Projects what the threshold leaves; returns the integral of its squared radiance.
+    double add_series(const DeviceMap& map, float threshold, HarmonicLight& light) {
+        const std::size_t degree = light.degree;
+        const std::size_t size = triangle_size(degree);
+        const Tables& t = tables_for(map, degree);
+        Floats sums(device, "the rows' Fourier sums", map.height * (degree + 1) * 2 * CHANNELS);
+        Floats squares(device, "the rows' squares", map.height * CHANNELS);
+        const std::size_t items = (map.height + ROWS_PER_ITEM - 1) / ROWS_PER_ITEM;
+        sum_rows({items, 1}, map.radiance, narrow(map.width), narrow(map.height), map_scale(light.exponent), threshold,
+                 t.waves, narrow(t.stride), narrow(degree), sums, squares);
+        const std::vector<float> fourier = sums.download();
+        const std::vector<float> square = squares.download();
+        const std::vector<double> solid_angle = texel_solid_angles(map.width, map.height);
+
+        light.coefficients.assign(size, {});
+        double energy = 0;
+        for (std::size_t i = 0; i < map.height; ++i) {
+            for (std::size_t k = 0; k < CHANNELS; ++k) {
+                energy += solid_angle[i] * static_cast<double>(square[CHANNELS * i + k]);
+            }
+            for (std::size_t m = 0; m <= degree; ++m) {
+                const float* const from = fourier.data() + 2 * CHANNELS * (i * (degree + 1) + m);
+                for (std::size_t l = m; l <= degree; ++l) {
+                    if (l % 2 == 1 && l != 1) continue;
+                    auto& to = light.coefficients[triangle_index(l, m)];
+                    const double p = t.rows[i * size + triangle_index(l, m)];
+                    for (std::size_t k = 0; k < 2 * CHANNELS; ++k) to[k] += p * static_cast<double>(from[k]);
+                }
+            }
+        }
+        for (std::size_t m = 0; m <= degree; ++m) {
+            const double gain = column_integral(m, map.width) * (m == 0 ? 1 : std::numbers::sqrt2);
+            for (std::size_t l = m; l <= degree; ++l) {
+                for (double& c : light.coefficients[triangle_index(l, m)]) c *= gain;
+            }
+        }
+        return energy;
+    }
+
+    void evaluate(const HarmonicLight& light, double rotation, const SphereView& view, bool add, bool clamped,
+                  Floats& white) {
+        const std::vector<float> series = series_terms(light, rotation);
+        const Floats terms(device, "the harmonic series", std::span<const float>(series));
+        const std::size_t items = view.stride / (pixels_wide * HARMONIC_REGISTERS);
+        evaluate_harmonics({items, device.work_group(4)}, view.normal, terms, narrow(light.degree), narrow(view.stride),
+                           narrow(items), add ? 1U : 0U, clamped ? 1U : 0U, white);
+        device.finish();
+    }
+};
+
+HarmonicShader::HarmonicShader(const Device& device) : state_(std::make_unique<State>(device)) {}
+HarmonicShader::HarmonicShader(HarmonicShader&&) noexcept = default;
+HarmonicShader& HarmonicShader::operator=(HarmonicShader&&) noexcept = default;
+HarmonicShader::~HarmonicShader() = default;
+
+HarmonicLight HarmonicShader::project(const DeviceMap& map, const Distribution& distribution,
+                                      const HarmonicOptions& options) {
+    if (options.degree > HarmonicOptions::MAX_DEGREE) {
+        throw UsageError(fmt::format("harmonic degree {}: at most {}", options.degree, HarmonicOptions::MAX_DEGREE));
+    }
+    if (options.lights > HarmonicOptions::MAX_LIGHTS) {
+        throw UsageError(fmt::format("{} direct lights: at most {}", options.lights, HarmonicOptions::MAX_LIGHTS));
+    }
+    HarmonicLight light;
+    light.degree = options.degree;
+    light.exponent = distribution.exponent;
+    const float threshold = state_->take_lights(map, options.lights, light);
+    judge_truncation(light, state_->add_series(map, threshold, light));
+    return light;
+}
+
+void HarmonicShader::shade(const HarmonicLight& light, double rotate_y_deg, const SphereView& view, Floats& white) {
+    State& s = *state_;
+    const double rotation = rotate_y_deg * pi / 180;
+    if (!light.lights.empty()) {
+        const std::vector<float> records = light_records(light, rotation);
+        const Floats lights(s.device, "the direct lights", std::span<const float>(records));
+        const std::size_t items = view.stride / (s.pixels_wide * SHADE_REGISTERS);
+        if (!s.direct) s.direct.emplace(s.device);
+        s.direct->shade_shared({items, s.device.work_group(4)}, view.normal, lights, narrow(light.lights.size()),
+                               narrow(view.stride), narrow(items), 0U, white);
+    }
+    s.evaluate(light, rotation, view, !light.lights.empty(), true, white);
+}
+
+void HarmonicShader::shade_series(const HarmonicLight& light, double rotate_y_deg, const SphereView& view,
+                                  Floats& white) {
+    state_->evaluate(light, rotate_y_deg * pi / 180, view, false, false, white);
+}
+
+}  // namespace clerestory
