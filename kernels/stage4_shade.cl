@@ -69,10 +69,10 @@ kernel void shade_shared(global const float* normal, global const float* light, 
             const float wr = l[4], wg = l[5], wb = l[6];
 #pragma unroll
             for (int k = 0; k < REGISTERS; ++k) {
-                const pixels_t cosine = clamped_cosine(nx[k], ny[k], nz[k], x, y, z);
-                r[k] = fma(cosine, (pixels_t)(wr), r[k]);
-                g[k] = fma(cosine, (pixels_t)(wg), g[k]);
-                b[k] = fma(cosine, (pixels_t)(wb), b[k]);
+                const pixels_t counted = sample_lobes(nx[k], ny[k], nz[k], x, y, z);
+                r[k] = fma(counted, (pixels_t)(wr), r[k]);
+                g[k] = fma(counted, (pixels_t)(wg), g[k]);
+                b[k] = fma(counted, (pixels_t)(wb), b[k]);
             }
         }
 #pragma unroll
@@ -94,7 +94,7 @@ kernel void shade_shared(global const float* normal, global const float* light, 
 /// Adds samples 2k and 2k + 1 of each pixel's own set to the pixel; run for k = 0 .. ceil(N / 2) - 1, in order.
 ///   stream [stride]      number of each pixel's stream: its place in the image
 ///   both                 0 where the last sample of an odd N stands alone
-///   white  [3 * stride]  three planes, added to; written first where k is 0
+///   white  [3 * stride]  three planes, added to; written first where k is 0, unless a control variate stands there
 /// Range: one work-item per pixel: without an inner loop the device's vectors run across pixels.
 /// Error: 3e-6 relative RMSE at worst, of one sample low over the horizon (measured in tests/stage4_shade_test.cpp).
 kernel void shade_per_pixel(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
@@ -119,14 +119,15 @@ kernel void shade_per_pixel(global const uint* marginal, global const uint* marg
         const Draw draw = draw_texel(tables, which == 0 ? points.even : points.odd);
         const RowFrame frame = frames[draw.row];
         const float3 towards = draw_direction(draw, frame, inverse_width, rotation);
-        const float cosine = fmax(fma(nx, towards.x, fma(ny, towards.y, nz * towards.z)), 0.0f);
-        const float factor = which == 1 && both == 0u ? 0.0f : cosine * (inverse_count / draw_pdf(draw, frame));
+        const float counted = lobe(fma(nx, towards.x, fma(ny, towards.y, nz * towards.z)));
+        const float factor = which == 1 && both == 0u ? 0.0f : counted * (inverse_count / draw_pdf(draw, frame));
         const size_t index = 3 * ((size_t)draw.row * width + draw.column);
         r = fma(radiance[index] * scale, factor, r);
         g = fma(radiance[index + 1] * scale, factor, g);
         b = fma(radiance[index + 2] * scale, factor, b);
     }
-    white[at] = k == 0u ? r : white[at] + r;
-    white[(size_t)stride + at] = k == 0u ? g : white[(size_t)stride + at] + g;
-    white[2 * (size_t)stride + at] = k == 0u ? b : white[2 * (size_t)stride + at] + b;
+    const bool fresh = CONTROL_DEGREE == 0 && k == 0u;
+    white[at] = fresh ? r : white[at] + r;
+    white[(size_t)stride + at] = fresh ? g : white[(size_t)stride + at] + g;
+    white[2 * (size_t)stride + at] = fresh ? b : white[2 * (size_t)stride + at] + b;
 }

@@ -6,10 +6,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
+#include "harmonic.hpp"
 
 namespace clerestory {
 namespace {
@@ -82,6 +84,7 @@ struct Sampler::State {
         draw_samples{device, program, "draw_samples"};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Uints, cl_uint, Uints, Floats> locate_points{
         device, program, "locate_points"};
+    std::optional<HarmonicLight> control;
 };
 
 Sampler::Sampler(const Device& device, const DeviceMap& map, const Distribution& distribution,
@@ -94,6 +97,14 @@ Sampler& Sampler::operator=(Sampler&&) noexcept = default;
 Sampler::~Sampler() = default;
 
 void Sampler::reseed(std::uint64_t seed) noexcept { state_->options.seed = seed; }
+
+const SamplingOptions& Sampler::options() const noexcept { return state_->options; }
+
+const HarmonicLight& Sampler::control(HarmonicShader& shader) {
+    State& s = *state_;
+    if (!s.control) s.control = shader.project(s.map, s.distribution, {s.options.control_degree, 0});
+    return *s.control;
+}
 
 SampleSet Sampler::allocate(std::size_t count) const {
     const Device& device = state_->device;

@@ -14,6 +14,9 @@
 
 namespace clerestory {
 
+class HarmonicShader;
+struct HarmonicLight;
+
 /// Where points of a sample set come from.
 enum class Sequence : cl_uint {
     random = SEQUENCE_RANDOM,          ///< Philox4x32-10
@@ -35,6 +38,11 @@ struct SamplingOptions {
     std::uint64_t seed = 1;
     double rotate_y_deg = 0;  ///< added to phi of every direction
     bool guided = true;       ///< searches start from guide tables; the results are the same
+    /// Degree of the control variate when shading, 0 (none) .. MAX_CONTROL_DEGREE: the map's harmonic series to this
+    /// degree is added as it is, and samples answer only for the rest. Unbiased at every degree.
+    unsigned control_degree = 0;
+
+    static constexpr unsigned MAX_CONTROL_DEGREE = 20;
 };
 
 /// Samples on the device, an array a field.
@@ -81,6 +89,10 @@ class Sampler {
         std::vector<cl_float> within;
     };
     Located locate(std::span<const cl_uint> points);
+
+    [[nodiscard]] const SamplingOptions& options() const noexcept;
+    /// The control variate's harmonics; projected by `shader` when first asked for.
+    const HarmonicLight& control(HarmonicShader& shader);
 
   private:
     struct State;

@@ -1,13 +1,19 @@
 #include "sphere.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <optional>
 
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
 #include "clock.hpp"
+#include "harmonic.hpp"
+#include "legendre.hpp"
 
 namespace clerestory {
 namespace {
@@ -30,6 +36,19 @@ float sample_share(std::size_t count) {
 
 /// 2^-exponent; an exponent of a distribution lies within -126 .. 126.
 float map_scale(const Distribution& distribution) { return std::ldexp(1.0F, -distribution.exponent); }
+
+/// Compile-time choices of a control variate. Throws UsageError.
+std::string control_defines(unsigned degree) {
+    if (degree > SamplingOptions::MAX_CONTROL_DEGREE) {
+        throw UsageError(fmt::format("control degree {}: at most {}", degree, SamplingOptions::MAX_CONTROL_DEGREE));
+    }
+    if (degree == 0) return "-DCONTROL_DEGREE=0";
+    std::string series;
+    for (const double c : clamped_cosine_series(degree)) {
+        series += fmt::format("{}{:a}f", series.empty() ? "" : ",", static_cast<float>(c));
+    }
+    return fmt::format("-DCONTROL_DEGREE={} -DCONTROL_SERIES={}", degree, series);
+}
 
 }  // namespace
 
@@ -62,17 +81,36 @@ SphereView::SphereView(const Device& device, std::size_t size_of_side) : size(si
 Floats SphereView::planes(const Device& device) const { return {device, "the sphere's radiance", 3 * stride}; }
 
 struct SharedShader::State {
-    explicit State(const Device& opened)
-        : device(opened),
-          pixels_per_item((opened.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1) * REGISTERS),
-          program(opened, "stage4_shade.cl",
-                  opened.info().is_cpu ? "-DPIXELS_WIDE=16 -DREGISTERS=4" : "-DPIXELS_WIDE=1 -DREGISTERS=4") {}
+    explicit State(const Device& opened) : device(opened) {}
+
+    /// The kernels for one degree of the control variate.
+    struct Kernels {
+        Kernels(const Device& device, std::size_t pixels_wide, unsigned control_degree)
+            : program(device, "stage4_shade.cl",
+                      fmt::format("-DPIXELS_WIDE={} -DREGISTERS={} {}", pixels_wide, REGISTERS,
+                                  control_defines(control_degree))),
+              weigh_lights(device, program, "weigh_lights"),
+              shade_shared(device, program, "shade_shared") {}
+
+        Program program;
+        Kernel<Floats, Floats, Floats, cl_uint, cl_float, cl_float, Floats> weigh_lights;
+        Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared;
+    };
+
+    Kernels& kernels_for(unsigned degree) {
+        return kernels.try_emplace(degree, device, pixels_wide, degree).first->second;
+    }
+
+    /// Starts `white` with the control variate's harmonics.
+    void start_control(Sampler& sampler, const SphereView& view, Floats& white) {
+        if (!harmonics) harmonics.emplace(device);
+        harmonics->shade_series(sampler.control(*harmonics), sampler.options().rotate_y_deg, view, white);
+    }
 
     const Device& device;
-    std::size_t pixels_per_item;
-    Program program;
-    Kernel<Floats, Floats, Floats, cl_uint, cl_float, cl_float, Floats> weigh_lights{device, program, "weigh_lights"};
-    Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared{device, program, "shade_shared"};
+    std::size_t pixels_wide = device.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1;
+    std::map<unsigned, Kernels> kernels;
+    std::optional<HarmonicShader> harmonics;
     double drawing_seconds = 0;
 };
 
@@ -87,6 +125,9 @@ void SharedShader::shade(Sampler& sampler, const Distribution& distribution, con
                          Floats& white) {
     State& s = *state_;
     s.drawing_seconds = 0;
+    const unsigned degree = sampler.options().control_degree;
+    State::Kernels& kernels = s.kernels_for(degree);
+    if (degree > 0) s.start_control(sampler, view, white);
     SampleSet set;
     Floats lights;
     for (std::size_t first = 0; first < count; first += BATCH) {
@@ -97,13 +138,13 @@ void SharedShader::shade(Sampler& sampler, const Distribution& distribution, con
             lights = Floats(s.device, "the lights", 8 * batch);
         }
         sampler.draw_into(set, first, count);
-        s.weigh_lights({batch, s.device.work_group(64)}, set.direction, set.pdf, set.radiance, narrow(batch),
-                       map_scale(distribution), sample_share(count), lights);
+        kernels.weigh_lights({batch, s.device.work_group(64)}, set.direction, set.pdf, set.radiance, narrow(batch),
+                             map_scale(distribution), sample_share(count), lights);
         s.device.finish();
         s.drawing_seconds += drawing.seconds();
-        const std::size_t items = view.stride / s.pixels_per_item;
-        s.shade_shared({items, s.device.work_group(4)}, view.normal, lights, narrow(batch), narrow(view.stride),
-                       narrow(items), first == 0 ? 0U : 1U, white);
+        const std::size_t items = view.stride / (s.pixels_wide * REGISTERS);
+        kernels.shade_shared({items, s.device.work_group(4)}, view.normal, lights, narrow(batch), narrow(view.stride),
+                             narrow(items), first == 0 && degree == 0 ? 0U : 1U, white);
     }
     s.device.finish();
 }
@@ -116,10 +157,22 @@ struct PerPixelShader::State {
     const DeviceMap& map;
     const Distribution& distribution;
     SamplingOptions options;
-    Program program{device, "stage4_shade.cl", draw_defines(distribution, options)};
+    Program program{device, "stage4_shade.cl",
+                    draw_defines(distribution, options) + " " + control_defines(options.control_degree)};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
            cl_uint, cl_uint, Strata, cl_float, cl_float, cl_uint, cl_uint, Floats, Uints, cl_uint, Floats>
         shade_per_pixel{device, program, "shade_per_pixel"};
+    std::optional<HarmonicShader> harmonics;
+    std::optional<HarmonicLight> control;
+
+    /// Starts `white` with the control variate's harmonics.
+    void start_control(const SphereView& view, Floats& white) {
+        if (!control) {
+            harmonics.emplace(device);
+            control = harmonics->project(map, distribution, {options.control_degree, 0});
+        }
+        harmonics->shade_series(*control, options.rotate_y_deg, view, white);
+    }
 };
 
 PerPixelShader::PerPixelShader(const Device& device, const DeviceMap& map, const Distribution& distribution,
@@ -136,6 +189,7 @@ void PerPixelShader::reseed(std::uint64_t seed) noexcept { state_->options.seed 
 void PerPixelShader::shade(const SphereView& view, std::size_t count, Floats& white) {
     State& s = *state_;
     const Distribution& d = s.distribution;
+    if (s.options.control_degree > 0) s.start_control(view, white);
     const Range range{view.stride, s.device.work_group(64)};
     for (std::size_t k = 0; 2 * k < count; ++k) {
         s.shade_per_pixel(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
