@@ -1,8 +1,12 @@
 #include "table_arithmetic.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <functional>
+#include <iterator>
 
 #include "maps.hpp"
 #include "reference/exact_sum.hpp"
@@ -68,6 +72,50 @@ TEST_F(TableArithmeticTest, BlackAndBadTexelsAreNotLost) {
     const ArithmeticReport report = measure(map, TableArithmetic::f32);
     EXPECT_EQ(report.lit, 8U * 4U - 3U);
     EXPECT_EQ(report.undrawable, 0U);
+}
+
+/// One row of the table in tests/README.md: case, lit texels, then what each arithmetic cannot draw.
+std::string readme_row(const std::string& name, const std::array<ArithmeticReport, 4>& reports) {
+    std::string row = fmt::format("| {} | {} |", name, reports.back().lit);
+    for (const ArithmeticReport& report : reports) row += fmt::format(" {} |", report.undrawable);
+    return row;
+}
+
+std::vector<NamedMap> readme_maps() {
+    std::vector<NamedMap> maps;
+    const auto add = [&](const char* name, std::function<RadianceMap()> make) {
+        maps.push_back({name, std::move(make)});
+    };
+    maps.push_back(
+        {"8192-texel row, 16 suns of 1e6 first, sky 0.05", [] { return sun_map(8192, 1, 0, 16, 1e6F, 0.05F, true); }});
+    maps.push_back(
+        {"8192-texel row, 16 suns of 1e6 last, sky 0.05", [] { return sun_map(8192, 1, 0, 16, 1e6F, 0.05F, false); }});
+    add("1024x512, 16 suns of 1e6 at a row's start, sky 0.05",
+        [] { return sun_map(1024, 512, 200, 16, 1e6F, 0.05F, true); });
+    add("1024x512, 16 suns of 1e9 at a row's start, sky 0.05",
+        [] { return sun_map(1024, 512, 200, 16, 1e9F, 0.05F, true); });
+    add("1024x512, 16 suns of 1e12 at a row's start, sky 0.05",
+        [] { return sun_map(1024, 512, 200, 16, 1e12F, 0.05F, true); });
+    add("65537x2, random over 36 powers of two", [] { return random_map(65537, 2, 7); });
+    add("64x32, all 3e38 (the sum leaves float32)", [] { return constant_map(64, 32, 3e38F); });
+    add("64x32, all 1e-40 (denormal)", [] { return constant_map(64, 32, 1e-40F); });
+    add("511x511, constant", [] { return constant_map(511, 511, 1); });
+    return maps;
+}
+
+/// The table that users read is what these tests measure.
+TEST_F(TableArithmeticTest, TheReadmesTableIsWhatIsMeasured) {
+    std::ifstream file(std::string(CLERESTORY_SOURCE_DIR) + "/tests/README.md");
+    const std::string readme{std::istreambuf_iterator<char>(file), {}};
+    for (const NamedMap& hard : readme_maps()) {
+        const RadianceMap map = hard.make();
+        std::array<ArithmeticReport, 4> reports;
+        for (std::size_t i = 0; i < reports.size(); ++i) reports.at(i) = measure(map, TABLE_ARITHMETICS.at(i));
+        EXPECT_EQ(reports.back().undrawable, 0U) << hard.name;
+        EXPECT_NE(readme.find(readme_row(hard.name, reports)), std::string::npos)
+            << "tests/README.md should have the row\n"
+            << readme_row(hard.name, reports);
+    }
 }
 
 /// Terms that double would swallow, in any order, and their exact sum.
