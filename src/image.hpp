@@ -92,6 +92,10 @@ void write_exr(const std::filesystem::path& file, std::size_t width, std::size_t
 /// The attributes of an EXR file that write_exr can write (text and numbers). Throws InputError.
 Header read_exr_header(const std::filesystem::path& file);
 
+/// 8-bit PNG of `channels` 3 or 4, as write_png writes it; `file` is only named in messages. Throws OutputError.
+std::vector<char> png_bytes(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                            std::size_t channels, const unsigned char* pixels);
+
 /// Writes 8-bit PNG of `channels` 3 or 4, sRGB-tagged by gamma only; whole or not at all. Throws OutputError.
 void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
                const unsigned char* pixels);

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "error.hpp"
+#include "markup.hpp"
 
 namespace clerestory::plot {
 namespace {
@@ -61,29 +62,6 @@ void drop_empty_groups(std::string& text) {
             at = end;
         }
     }
-}
-
-std::string escaped(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                out += c;
-        }
-    }
-    return out;
 }
 
 /// Rules for dark screens only: elsewhere, and in viewers without CSS, the attributes as drawn are right.

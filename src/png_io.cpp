@@ -3,6 +3,7 @@
 
 #include <csetjmp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "atomic_file.hpp"
@@ -62,8 +63,8 @@ bool encode(Encoder& encoder, png_structp png, png_infop info, std::size_t width
 
 }  // namespace
 
-void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
-               const unsigned char* pixels) {
+std::vector<char> png_bytes(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                            std::size_t channels, const unsigned char* pixels) {
     if (channels != 3 && channels != 4) {
         throw OutputError(fmt::format("{}: PNG is written with 3 or 4 channels, not {}", file.string(), channels));
     }
@@ -80,7 +81,12 @@ void write_png(const std::filesystem::path& file, std::size_t width, std::size_t
         throw OutputError(fmt::format("{}: PNG encoding failed: {}", file.string(),
                                       encoder.message.empty() ? "out of memory" : encoder.message));
     }
-    write_bytes(file, encoder.bytes);
+    return std::move(encoder.bytes);
+}
+
+void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
+               const unsigned char* pixels) {
+    write_bytes(file, png_bytes(file, width, height, channels, pixels));
 }
 
 }  // namespace clerestory

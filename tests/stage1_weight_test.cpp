@@ -125,9 +125,6 @@ struct CensusCase {
     std::vector<std::pair<std::size_t, std::array<float, 3>>> texels;  ///< index and value, the others are 1
 };
 
-/// How test lists print a case.
-void PrintTo(const CensusCase& each, std::ostream* out) { *out << each.name; }
-
 class Stage1WeightCensus : public testing::TestWithParam<CensusCase> {};
 
 TEST_P(Stage1WeightCensus, CountsEachBadTexelOnceAndNamesTheFirst) {

@@ -203,9 +203,6 @@ struct FrequencyCase {
     std::function<RadianceMap()> make;
 };
 
-/// How test lists print a case.
-void PrintTo(const FrequencyCase& each, std::ostream* out) { *out << each.name; }
-
 class Stage3SampleFrequency : public testing::TestWithParam<FrequencyCase> {};
 
 /// Ten million draws: each texel as often as its probability says, and no black one ever.

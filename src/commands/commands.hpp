@@ -11,5 +11,6 @@ void add_sample(CLI::App& app);
 void add_render(CLI::App& app);
 void add_info(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_reproduce(CLI::App& app);
 
 }  // namespace clerestory::commands

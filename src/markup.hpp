@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace clerestory {
+
+/// Text as it stands in HTML, XML and their quoted attributes.
+std::string escaped(std::string_view text);
+
+/// Source: RFC 4648, section 4.
+std::string base64(std::string_view bytes);
+
+/// A picture as an address that holds it, so that a page needs no other file.
+std::string png_uri(std::string_view png);
+
+/// A word as a POSIX shell takes it, quoted where it must be.
+std::string shell_word(std::string_view word);
+
+}  // namespace clerestory

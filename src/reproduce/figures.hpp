@@ -1,0 +1,118 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cl/device.hpp"
+#include "render.hpp"
+#include "reproduce/laboratory.hpp"
+#include "samples.hpp"
+#include "scene.hpp"
+#include "sphere.hpp"
+
+namespace clerestory {
+
+struct FigureOptions {
+    std::filesystem::path folder;
+    std::vector<std::string> map_words;  ///< the map and its flags but rotation and scale, for command lines
+    double rotate_y_deg = 90;            ///< of the map that lights the sphere
+    double scale = 1;
+    std::size_t size = 511;  ///< pixels of a sphere picture's side
+    std::uint64_t seed = 1;
+    std::size_t seeds = 16;          ///< seeds of every study
+    std::optional<double> exposure;  ///< of previews; without it chosen from the exact sphere
+    double gamma = 2.2;
+    std::vector<std::string> only;  ///< ids of the figures to make; empty: all
+};
+
+/// What a caller may want to show meanwhile.
+struct FigureEvents {
+    std::function<void(const std::string& file)> written;
+    std::function<void(const std::string& title, double done, double total)> progress;
+};
+
+/// Ids of all figures, in the order of the page.
+std::vector<std::string> figure_ids();
+
+/// Makes the figures of the course report and those that measure what it claims, writes them to a folder, and keeps
+/// their numbers for the report and their pictures for the page.
+class Figures {
+  public:
+    /// The device and the scene must outlive it. Throws InputError where the map is black.
+    Figures(const Device& device, const Scene& scene, FigureOptions options, FigureEvents events);
+
+    /// Makes and writes all that are wanted. Throws OutputError.
+    void make();
+
+    /// Everything measured: "figures" by id, "studies", "fits" and more.
+    [[nodiscard]] const nlohmann::json& report() const noexcept { return report_; }
+    /// What the page shows for each id: SVG text, or the bytes of a PNG.
+    [[nodiscard]] const std::map<std::string, std::string>& pictures() const noexcept { return pictures_; }
+
+  private:
+    // The report's own figures, in figures.cpp.
+    void fresnel();
+    void samples();
+    void sample_map(const std::string& id, const SampleSet& set, double seconds);
+    void spheres();
+    void turned();
+    // What it could only claim, in measured.cpp.
+    void truth();
+    void error_images();
+    void seed_images();
+    void blocks();
+    void convergence();
+
+    [[nodiscard]] bool wanted(const std::string& id) const;
+    [[nodiscard]] bool any_wanted(const std::vector<std::string>& ids) const;
+    /// Made when first needed: the exact sphere takes a second or so.
+    Laboratory& laboratory();
+    [[nodiscard]] ToneOptions tone();
+    const std::vector<SeedStudy>& studies();
+    [[nodiscard]] const SeedStudy& study_of(const StudySubject& subject);
+    [[nodiscard]] double gain() const noexcept { return options_.scale; }
+
+    /// `clerestory` with these words, quoted for a shell.
+    [[nodiscard]] std::string command(const std::string& name, const std::vector<std::string>& words,
+                                      bool with_map = true) const;
+    /// Flags that every command shares, where they differ from its defaults.
+    [[nodiscard]] std::vector<std::string> changed_words(bool of_sphere) const;
+    [[nodiscard]] std::string own_command(const std::string& id) const;
+    void write(const std::string& file, std::string_view bytes);
+    void add(const std::string& id, const std::string& file, const std::string& bytes, nlohmann::json numbers);
+    [[nodiscard]] std::string picture_png(const std::vector<float>& rgba);
+
+    const Device& device_;
+    const Scene& scene_;
+    FigureOptions options_;
+    FigureEvents events_;
+    nlohmann::json report_ = nlohmann::json::object();
+    std::map<std::string, std::string> pictures_;
+    Renderer renderer_{device_};
+    std::optional<Laboratory> laboratory_;
+    std::optional<double> exposure_;
+    std::vector<SeedStudy> studies_;
+};
+
+/// The report's sphere pictures: id, estimator, samples.
+struct SphereFigure {
+    std::string id;
+    Estimator estimator;
+    std::size_t samples;
+};
+const std::vector<SphereFigure>& sphere_figures();
+
+/// "one shared set of 64 samples", "8 fresh samples for every pixel".
+std::string describe(const StudySubject& subject);
+
+/// A number as short as it can be written for a command line.
+std::string short_number(double value);
+
+}  // namespace clerestory

@@ -1,0 +1,311 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "clock.hpp"
+#include "error.hpp"
+#include "plot.hpp"
+#include "reproduce/figures.hpp"
+#include "reproduce/panels.hpp"
+#include "reproduce/statistics.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr std::array<std::size_t, 5> SHARED_COUNTS = {16, 64, 256, 1024, 4096};
+constexpr std::array<std::size_t, 5> PER_PIXEL_COUNTS = {2, 4, 8, 16, 32};
+
+// What is shown of the seeds' studies: errors of like size.
+constexpr StudySubject SHOWN_SHARED = {Estimator::shared, 0, 64};
+constexpr StudySubject SHOWN_PER_PIXEL = {Estimator::per_pixel, 0, 32};
+
+constexpr double PERCENT = 100;
+
+std::string percent(double part) { return fmt::format("{:.3g} %", PERCENT * part); }
+
+std::vector<double> in_percent(std::vector<double> parts) {
+    for (double& part : parts) part *= PERCENT;
+    return parts;
+}
+
+nlohmann::json numbers_of(const SeedStudy& study, std::uint64_t first_seed, const std::vector<std::size_t>& sides) {
+    const Spread rmse = spread_of(study.rel_rmse);
+    const Spread bias = spread_of(study.rel_bias);
+    const auto seeds = study.rel_rmse.size();
+    return {{"estimator", estimator_name(study.estimator)},
+            {"control_degree", study.control_degree},
+            {"samples", study.samples},
+            {"first_seed", first_seed},
+            {"seeds", seeds},
+            {"seconds", study.seconds},
+            {"rel_rmse", root_mean_square(study.rel_rmse)},
+            {"rel_rmse_deviation", rmse.deviation},
+            {"rel_rmse_each", study.rel_rmse},
+            {"bias", bias.mean},
+            {"bias_deviation", bias.deviation},
+            {"bias_standard_error", bias.standard_error},
+            {"bias_each", study.rel_bias},
+            {"mean_over_seeds_rms", study.mean_rms},
+            {"spread_over_seeds_rms", study.spread_rms},
+            {"mean_over_seeds_expected_rms", study.spread_rms / std::sqrt(static_cast<double>(seeds))},
+            {"block_sides", sides},
+            {"block_rms", study.block_rms}};
+}
+
+/// Points of one estimator's studies, every seed its own.
+struct Points {
+    std::vector<double> samples, rel_rmse;
+};
+
+Points points_of(const std::vector<SeedStudy>& studies, const StudySubject& of) {
+    Points points;
+    for (const auto& study : studies) {
+        if (study.estimator != of.estimator || study.control_degree != of.control_degree) continue;
+        for (const double rmse : study.rel_rmse) {
+            points.samples.push_back(static_cast<double>(study.samples));
+            points.rel_rmse.push_back(rmse);
+        }
+    }
+    return points;
+}
+
+/// Root mean square error of a single sample, from all points: error times the root of the samples.
+double one_sample_error(const Points& points) {
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < points.samples.size(); ++i) {
+        errors.push_back(points.rel_rmse[i] * std::sqrt(points.samples[i]));
+    }
+    return root_mean_square(errors);
+}
+
+/// Root mean square error over seeds against samples, with bars of one standard deviation over seeds.
+plot::Curve measured_curve(const std::vector<SeedStudy>& studies, const StudySubject& of, const std::string& label,
+                           plot::Colour colour) {
+    plot::Curve curve;
+    curve.label = label;
+    curve.style = plot::Style::points;
+    curve.colour = colour;
+    for (const auto& study : studies) {
+        if (study.estimator != of.estimator || study.control_degree != of.control_degree) continue;
+        const auto each = in_percent(study.rel_rmse);
+        const double typical = root_mean_square(each);
+        const double deviation = spread_of(each).deviation;
+        curve.x.push_back(static_cast<double>(study.samples));
+        curve.y.push_back(typical);
+        // A bar that would reach 0 has no end on a logarithmic axis.
+        curve.low.push_back(std::max(typical - deviation, typical / 10));
+        curve.high.push_back(typical + deviation);
+    }
+    return curve;
+}
+
+plot::Curve fitted_curve(const PowerLaw& law, const plot::Curve& measured) {
+    plot::Curve curve;
+    curve.label = fmt::format("slope {:.3f} ± {:.3f}", law.slope, law.half_width);
+    curve.colour = measured.colour;
+    for (const double x : {measured.x.front(), measured.x.back()}) {
+        curve.x.push_back(x);
+        curve.y.push_back(PERCENT * law.factor * std::pow(x, law.slope));
+    }
+    return curve;
+}
+
+}  // namespace
+
+const std::vector<SeedStudy>& Figures::studies() {
+    if (!studies_.empty()) return studies_;
+    std::vector<StudySubject> subjects;
+    for (const std::size_t count : SHARED_COUNTS) subjects.push_back({Estimator::shared, 0, count});
+    for (const std::size_t count : PER_PIXEL_COUNTS) subjects.push_back({Estimator::per_pixel, 0, count});
+    // Fresh samples cost what they number; shared ones next to nothing.
+    const auto cost = [](const StudySubject& subject) {
+        constexpr double SHARED_COST = 1.0 / 256;
+        const auto samples = static_cast<double>(subject.samples);
+        return 1 + (subject.estimator == Estimator::shared ? SHARED_COST * samples : samples);
+    };
+    double total = 0;
+    for (const auto& subject : subjects) total += cost(subject);
+    double done = 0;
+    report_["studies"] = nlohmann::json::array();
+    // No seed is used twice: numbers of samples that share their first samples would err together.
+    std::uint64_t first = options_.seed + 1;
+    Laboratory& lab = laboratory();
+    for (const auto& subject : subjects) {
+        lab.error_of(subject, first);  // compiled now rather than in the times below
+        studies_.push_back(lab.study(subject, first, options_.seeds, [&](double part, double whole) {
+            if (events_.progress) events_.progress("error over seeds", done + cost(subject) * part / whole, total);
+        }));
+        report_["studies"].push_back(numbers_of(studies_.back(), first, lab.block_sides()));
+        first += options_.seeds;
+        done += cost(subject);
+    }
+    return studies_;
+}
+
+const SeedStudy& Figures::study_of(const StudySubject& subject) {
+    for (const auto& study : studies()) {
+        if (study.estimator == subject.estimator && study.samples == subject.samples &&
+            study.control_degree == subject.control_degree) {
+            return study;
+        }
+    }
+    throw std::logic_error("no study of " + describe(subject));
+}
+
+void Figures::truth() {
+    const std::string id = "figure_11";
+    if (!wanted(id)) return;
+    Laboratory& lab = laboratory();
+    add(id, id + ".png", picture_png(lab.exact_picture(renderer_.display(), gain())),
+        {{"seconds", lab.exact_seconds()},
+         {"mean_radiance", gain() * lab.exact_mean()},
+         {"pixels", lab.pixels()},
+         {"command", own_command(id)}});
+}
+
+void Figures::error_images() {
+    const std::string id = "figure_12";
+    if (!wanted(id)) return;
+    const Stopwatch watch;
+    Laboratory& lab = laboratory();
+    PanelSheet sheet{.name = id, .title = "Error of each picture against the exact sphere", .panels = {}};
+    nlohmann::json panels = nlohmann::json::array();
+    for (const auto& [figure, estimator, count] : sphere_figures()) {
+        const StudySubject subject{estimator, 0, count};
+        const auto errors = lab.error_of(subject, options_.seed).first;
+        const ErrorParts parts = lab.parts_of(errors);
+        sheet.panels.push_back({.title = describe(subject),
+                                .note = fmt::format("relative RMSE {}", percent(parts.rel_rmse)),
+                                .values = lab.as_picture(errors),
+                                .size = lab.size()});
+        panels.push_back({{"figure", figure}, {"rel_rmse", parts.rel_rmse}});
+    }
+    sheet.limit = round_limit(sheet.panels);
+    sheet.diverging_label = "error in parts of the exact mean (too dark, too bright)";
+    add(id, id + ".svg", panels_svg(sheet),
+        {{"limit", sheet.limit},
+         {"panels", std::move(panels)},
+         {"seed", options_.seed},
+         {"seconds", watch.seconds()},
+         {"command", own_command(id)}});
+}
+
+void Figures::seed_images() {
+    const std::string id = "figure_13";
+    if (!wanted(id)) return;
+    const Stopwatch watch;
+    Laboratory& lab = laboratory();
+    const std::string seeds = std::to_string(options_.seeds);
+    PanelSheet sheet{.name = id, .title = fmt::format("Bias and noise told apart over {} seeds", seeds), .panels = {}};
+    nlohmann::json rows = nlohmann::json::array();
+    for (const auto& subject : {SHOWN_SHARED, SHOWN_PER_PIXEL}) {
+        const SeedStudy& study = study_of(subject);
+        const auto errors = lab.error_of(subject, options_.seed).first;
+        const double one = lab.parts_of(errors).rel_rmse;
+        sheet.panels.push_back({.title = describe(subject),
+                                .note = fmt::format("one picture: {}", percent(one)),
+                                .values = lab.as_picture(errors),
+                                .size = lab.size()});
+        sheet.panels.push_back({.title = "mean error of " + seeds + " seeds",
+                                .note = fmt::format("RMS {}", percent(study.mean_rms)),
+                                .values = lab.as_picture(study.mean),
+                                .size = lab.size()});
+        sheet.panels.push_back({.title = "spread over " + seeds + " seeds",
+                                .note = fmt::format("RMS {}", percent(study.spread_rms)),
+                                .values = lab.as_picture(study.spread),
+                                .size = lab.size(),
+                                .map = ColourMap::sequential});
+        const double expected = study.spread_rms / std::sqrt(static_cast<double>(options_.seeds));
+        rows.push_back({{"estimator", estimator_name(subject.estimator)},
+                        {"samples", subject.samples},
+                        {"one_picture_rel_rmse", one},
+                        {"mean_over_seeds_rms", study.mean_rms},
+                        {"spread_over_seeds_rms", study.spread_rms},
+                        {"mean_over_seeds_expected_rms", expected}});
+    }
+    sheet.limit = round_limit(sheet.panels);
+    sheet.diverging_label = "error, parts of the exact mean";
+    sheet.sequential_label = "standard deviation, parts of the exact mean";
+    add(id, id + ".svg", panels_svg(sheet),
+        {{"limit", sheet.limit},
+         {"rows", std::move(rows)},
+         {"seeds", options_.seeds},
+         {"seconds", watch.seconds()},
+         {"command", own_command(id)}});
+}
+
+void Figures::blocks() {
+    const std::string id = "figure_14";
+    if (!wanted(id)) return;
+    const Stopwatch watch;
+    plot::Plot plot;
+    plot.name = id;
+    plot.title = "What is left of the error when neighbouring pixels are averaged";
+    plot.x = {.title = "side of the square that is averaged",
+              .unit = "pixels",
+              .min = 1,
+              .max = static_cast<double>(laboratory().block_sides().back()),
+              .tick_step = 2,
+              .logarithmic = true,
+              .tick_format = "%g"};
+    plot.y = {.title = "error", .unit = "% of the exact mean", .logarithmic = true, .tick_format = "%g"};
+    std::vector<double> sides;
+    for (const std::size_t side : laboratory().block_sides()) sides.push_back(static_cast<double>(side));
+    nlohmann::json curves = nlohmann::json::array();
+    for (const StudySubject& subject : {SHOWN_SHARED, StudySubject{Estimator::shared, 0, 1024},
+                                        StudySubject{Estimator::per_pixel, 0, 8}, SHOWN_PER_PIXEL}) {
+        const SeedStudy& study = study_of(subject);
+        plot.curves.push_back({describe(subject), sides, in_percent(study.block_rms), plot::Style::line_with_points});
+        const PowerLaw law = fit_power_law(sides, study.block_rms);
+        curves.push_back({{"estimator", estimator_name(subject.estimator)},
+                          {"samples", subject.samples},
+                          {"side", sides},
+                          {"rms", study.block_rms},
+                          {"kept", study.block_rms.back() / study.block_rms.front()},
+                          {"slope", law.points < 3 ? nlohmann::json() : nlohmann::json(law.slope)}});
+    }
+    add(id, id + ".svg", plot::svg(plot),
+        {{"curves", std::move(curves)},
+         {"seeds", options_.seeds},
+         {"seconds", watch.seconds()},
+         {"command", own_command(id)}});
+}
+
+void Figures::convergence() {
+    const std::string id = "figure_15";
+    if (!wanted(id)) return;
+    const Stopwatch watch;
+    plot::Plot plot;
+    plot.name = id;
+    plot.title = "Error against the number of samples";
+    plot.x = {.title = "samples of the set (shared), samples of each pixel (fresh)",
+              .tick_step = 4,
+              .logarithmic = true,
+              .tick_format = "%g"};
+    plot.y = {.title = "relative RMSE", .unit = "%", .logarithmic = true, .tick_format = "%g"};
+    nlohmann::json fits;
+    for (const auto& [subject, label, colour] :
+         {std::tuple{StudySubject{Estimator::shared, 0, 0}, "one shared set", plot::Colour::blue},
+          std::tuple{StudySubject{Estimator::per_pixel, 0, 0}, "fresh sets for every pixel",
+                     plot::Colour::vermillion}}) {
+        const Points points = points_of(studies(), subject);
+        const PowerLaw law = fit_power_law(points.samples, points.rel_rmse);
+        const plot::Curve measured = measured_curve(studies(), subject, label, colour);
+        plot.curves.push_back(measured);
+        plot.curves.push_back(fitted_curve(law, measured));
+        fits[estimator_name(subject.estimator)] = {{"slope", law.slope},
+                                                   {"half_width_95", law.half_width},
+                                                   {"one_sample_rel_rmse", one_sample_error(points)},
+                                                   {"points", law.points}};
+    }
+    add(id, id + ".svg", plot::svg(plot),
+        {{"fits", std::move(fits)},
+         {"seeds", options_.seeds},
+         {"seconds", watch.seconds()},
+         {"command", own_command(id)}});
+}
+
+}  // namespace clerestory

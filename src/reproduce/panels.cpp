@@ -1,0 +1,168 @@
+#include "reproduce/panels.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "image.hpp"
+#include "markup.hpp"
+#include "plot_theme.hpp"
+#include "reproduce/statistics.hpp"
+
+namespace clerestory {
+namespace {
+
+using Colour = std::array<double, 3>;
+
+// From -1 to 1 and from 0 to 1 in even steps, 8-bit sRGB.
+constexpr std::array<Colour, 5> DIVERGING = {
+    {{14, 54, 112}, {66, 142, 205}, {246, 246, 242}, {232, 140, 54}, {128, 52, 0}}};
+constexpr std::array<Colour, 3> SEQUENTIAL = {{{246, 246, 242}, {178, 130, 196}, {66, 18, 96}}};
+
+// Of the sheet, in the units of its viewBox; text is as high as in plots.
+constexpr double SHEET_WIDTH = 720;
+constexpr double MARGIN = 16;
+constexpr double GAP = 14;
+constexpr double TITLE_HEIGHT = 44;
+constexpr double PANEL_TEXT = 46;
+constexpr double BAR_HEIGHT = 14;
+constexpr double BAR_BLOCK = 62;
+
+template <std::size_t N>
+Colour between(const std::array<Colour, N>& stops, double share) {
+    const double at = std::clamp(share, 0.0, 1.0) * (N - 1);
+    const auto low = std::min(static_cast<std::size_t>(at), N - 2);
+    const double part = at - static_cast<double>(low);
+    Colour colour{};
+    for (std::size_t c = 0; c < 3; ++c) colour[c] = (1 - part) * stops[low][c] + part * stops[low + 1][c];
+    return colour;
+}
+
+/// Place on the colour map, -1 .. 1 or 0 .. 1, of a value in parts of the limit.
+double strength(double value) { return std::copysign(std::sqrt(std::min(std::abs(value), 1.0)), value); }
+
+Colour colour_at(ColourMap map, double place) {
+    return map == ColourMap::diverging ? between(DIVERGING, (place + 1) / 2) : between(SEQUENTIAL, place);
+}
+
+std::string panel_png(const Panel& panel, double limit) {
+    std::vector<unsigned char> bytes(4 * panel.values.size(), 0);
+    for (std::size_t i = 0; i < panel.values.size(); ++i) {
+        const auto value = static_cast<double>(panel.values[i]);
+        if (std::isnan(value)) continue;
+        const Colour colour = colour_at(panel.map, strength(value / limit));
+        for (std::size_t c = 0; c < 3; ++c) bytes[4 * i + c] = static_cast<unsigned char>(std::lround(colour[c]));
+        bytes[4 * i + 3] = 255;
+    }
+    const auto png = png_bytes(panel.title, panel.size, panel.size, 4, bytes.data());
+    return {png.begin(), png.end()};
+}
+
+std::string percent(double value) { return fmt::format("{}%", std::round(value * 1e6) / 1e4); }
+
+std::string text_at(double x, double y, std::string_view anchor, std::string_view kind, const std::string& text) {
+    return fmt::format("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", kind, x, y,
+                       anchor, escaped(text));
+}
+
+/// A scale bar with its label above and ticks below, `left` to `right` at `top`.
+std::string scale_bar(const PanelSheet& sheet, ColourMap map, double left, double right, double top) {
+    const bool diverging = map == ColourMap::diverging;
+    const std::string id = fmt::format("{}_{}", sheet.name, diverging ? "diverging" : "sequential");
+    constexpr int STOPS = 16;
+    std::string out = fmt::format("<linearGradient id=\"{}\">", id);
+    for (int k = 0; k <= STOPS; ++k) {
+        const double share = static_cast<double>(k) / STOPS;
+        const Colour c = colour_at(map, diverging ? 2 * share - 1 : share);
+        out += fmt::format("<stop offset=\"{}\" stop-color=\"#{:02x}{:02x}{:02x}\"/>", share, std::lround(c[0]),
+                           std::lround(c[1]), std::lround(c[2]));
+    }
+    out += "</linearGradient>\n";
+    out += text_at((left + right) / 2, top - 6, "middle", "label",
+                   diverging ? sheet.diverging_label : sheet.sequential_label);
+    out += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{}\" fill=\"url(#{})\" class=\"frame\"/>\n", left,
+        top, right - left, BAR_HEIGHT, id);
+    constexpr std::array<double, 5> PARTS = {-1, -0.25, 0, 0.25, 1};  // even steps of the root
+    for (const double part : PARTS) {
+        if (!diverging && part < 0) continue;
+        const double place = strength(part);
+        const double share = diverging ? (place + 1) / 2 : place;
+        const double x = left + share * (right - left);
+        const std::string sign = part > 0 && diverging ? "+" : part < 0 ? "−" : "";
+        out += fmt::format("<path class=\"tick\" d=\"M{0:.1f} {1:.1f}v5\"/>\n", x, top + BAR_HEIGHT);
+        out += text_at(x, top + BAR_HEIGHT + 19, "middle", "small", sign + percent(std::abs(part) * sheet.limit));
+    }
+    return out;
+}
+
+std::string style(const std::string& name) {
+    const auto rules = [&](const plot::Ink& ink, const plot::Ink& paper, bool dark) {
+        const char* text = dark ? ink.dark : ink.light;
+        return fmt::format("#{0} text{{fill:{1}}}#{0} .tick{{stroke:{1}}}#{0} .ground{{fill:{2}}}", name, text,
+                           dark ? paper.dark : paper.light);
+    };
+    return fmt::format(
+        "<style>#{0} text{{font-family:sans-serif;font-size:14px}}#{0} .small{{font-size:12px}}"
+        "#{0} .label{{font-size:12px}}#{0} .frame{{stroke:{3};stroke-width:.5}}"
+        "{1}@media screen and (prefers-color-scheme:dark){{{2}}}</style>\n",
+        name, rules(plot::INK, plot::PAPER, false), rules(plot::INK, plot::PAPER, true), plot::MARK_INK.light);
+}
+
+}  // namespace
+
+double round_limit(const std::vector<Panel>& panels) {
+    constexpr double SHARE = 0.995;
+    std::vector<double> sizes;
+    for (const auto& panel : panels) {
+        for (const float value : panel.values) {
+            if (std::isfinite(value)) sizes.push_back(std::abs(static_cast<double>(value)));
+        }
+    }
+    const double wanted = quantile(std::move(sizes), SHARE);
+    if (!(wanted > 0)) return 1;
+    const double power = std::pow(10, std::floor(std::log10(wanted)));
+    for (const double digit : {1.0, 2.0, 5.0}) {
+        if (digit * power >= wanted) return digit * power;
+    }
+    return 10 * power;
+}
+
+std::string panels_svg(const PanelSheet& sheet) {
+    const auto columns = static_cast<double>(sheet.columns);
+    const double side = (SHEET_WIDTH - 2 * MARGIN - (columns - 1) * GAP) / columns;
+    const auto rows = (sheet.panels.size() + sheet.columns - 1) / sheet.columns;
+    const double height = TITLE_HEIGHT + static_cast<double>(rows) * (side + PANEL_TEXT) + BAR_BLOCK + MARGIN;
+    std::string body;
+    std::set<ColourMap> maps;
+    for (std::size_t i = 0; i < sheet.panels.size(); ++i) {
+        const Panel& panel = sheet.panels[i];
+        maps.insert(panel.map);
+        const double x = MARGIN + static_cast<double>(i % sheet.columns) * (side + GAP);
+        const double y = TITLE_HEIGHT + static_cast<double>(i / sheet.columns) * (side + PANEL_TEXT);
+        body += fmt::format("<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" href=\"{}\"/>\n", x, y,
+                            side, side, png_uri(panel_png(panel, sheet.limit)));
+        body += text_at(x + side / 2, y + side + 17, "middle", "name", panel.title);
+        body += text_at(x + side / 2, y + side + 34, "middle", "small", panel.note);
+    }
+    const double top = height - MARGIN - BAR_HEIGHT - 22;
+    const auto bars = static_cast<double>(maps.size());
+    const double length = (SHEET_WIDTH - 2 * MARGIN - (bars - 1) * 3 * MARGIN - 2 * MARGIN) / bars;
+    double left = 2 * MARGIN;
+    for (const ColourMap map : maps) {
+        body += scale_bar(sheet, map, left, left + length, top);
+        left += length + 3 * MARGIN;
+    }
+    return fmt::format(
+               "<svg id=\"{0}\" class=\"clerestory-plot\" role=\"img\" aria-label=\"{1}\" viewBox=\"0 0 {2} {3:.0f}\" "
+               "xmlns=\"http://www.w3.org/2000/svg\">\n<title>{1}</title>\n{4}"
+               "<rect class=\"ground\" width=\"{2}\" height=\"{3:.0f}\" rx=\"8\"/>\n",
+               sheet.name, escaped(sheet.title), SHEET_WIDTH, height, style(sheet.name)) +
+           text_at(SHEET_WIDTH / 2, 26, "middle", "name", sheet.title) + body + "</svg>\n";
+}
+
+}  // namespace clerestory
