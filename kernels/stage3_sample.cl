@@ -2,6 +2,24 @@
 #include "draw.clh"
 #include "sequence.clh"
 
+/// Writes the full record of one sample.
+INLINE void store_sample(Tables tables, Point point, global const RowFrame* frames, global const float* radiance,
+                         float inverse_width, float rotation, uint count, uint at, global uint* texel,
+                         global float* direction, global float* pdf, global float* drawn) {
+    const Draw draw = draw_texel(tables, point);
+    const RowFrame frame = load_frame(frames, draw.row);
+    const Direction towards = draw_direction(draw, frame, inverse_width, rotation);
+    const size_t index = (size_t)draw.row * tables.width + draw.column;
+    texel[at] = (uint)index;
+    direction[at] = towards.x;
+    direction[(size_t)count + at] = towards.y;
+    direction[2 * (size_t)count + at] = towards.z;
+    pdf[at] = draw_pdf(draw, frame);
+    drawn[at] = radiance[3 * index];
+    drawn[(size_t)count + at] = radiance[3 * index + 1];
+    drawn[2 * (size_t)count + at] = radiance[3 * index + 2];
+}
+
 /// Draws points 2k and 2k + 1 of a sequence's stream, one pair a work-item.
 ///   texel     [count]      row * width + column
 ///   direction [3 * count]  three planes: x, y, z; unit length
@@ -22,22 +40,11 @@ kernel void draw_samples(global const uint* marginal, global const uint* margina
     const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
     const PointPair points =
         sequence_points(seed_low, seed_high, DOMAIN_SHARED, stream, first / 2u + item, strata);
-    for (uint which = 0u; which < 2u; ++which) {
-        const uint at = 2u * item + which;
-        if (at >= count) return;
-        const Draw draw = draw_texel(tables, which == 0u ? points.even : points.odd);
-        const RowFrame frame = frames[draw.row];
-        const float3 towards = draw_direction(draw, frame, inverse_width, rotation);
-        const size_t index = (size_t)draw.row * width + draw.column;
-        texel[at] = (uint)index;
-        direction[at] = towards.x;
-        direction[(size_t)count + at] = towards.y;
-        direction[2 * (size_t)count + at] = towards.z;
-        pdf[at] = draw_pdf(draw, frame);
-        drawn[at] = radiance[3 * index];
-        drawn[(size_t)count + at] = radiance[3 * index + 1];
-        drawn[2 * (size_t)count + at] = radiance[3 * index + 2];
-    }
+    store_sample(tables, points.even, frames, radiance, inverse_width, rotation, count, 2u * item, texel, direction, pdf,
+                 drawn);
+    if (2u * item + 1u >= count) return;
+    store_sample(tables, points.odd, frames, radiance, inverse_width, rotation, count, 2u * item + 1u, texel, direction,
+                 pdf, drawn);
 }
 
 /// The texel and the place within it of given points, for tests of every boundary.

@@ -117,14 +117,14 @@ kernel void shade_per_pixel(global const uint* marginal, global const uint* marg
 #pragma unroll
     for (int which = 0; which < 2; ++which) {
         const Draw draw = draw_texel(tables, which == 0 ? points.even : points.odd);
-        const RowFrame frame = frames[draw.row];
-        const float3 towards = draw_direction(draw, frame, inverse_width, rotation);
-        const float counted = lobe(fma(nx, towards.x, fma(ny, towards.y, nz * towards.z)));
+        const RowFrame frame = load_frame(frames, draw.row);
+        const Direction towards = draw_direction(draw, frame, inverse_width, rotation);
+        const float counted = lobe(FMA(nx, towards.x, FMA(ny, towards.y, nz * towards.z)));
         const float factor = which == 1 && both == 0u ? 0.0f : counted * (inverse_count / draw_pdf(draw, frame));
         const size_t index = 3 * ((size_t)draw.row * width + draw.column);
-        r = fma(radiance[index] * scale, factor, r);
-        g = fma(radiance[index + 1] * scale, factor, g);
-        b = fma(radiance[index + 2] * scale, factor, b);
+        r = FMA(radiance[index] * scale, factor, r);
+        g = FMA(radiance[index + 1] * scale, factor, g);
+        b = FMA(radiance[index + 2] * scale, factor, b);
     }
     const bool fresh = CONTROL_DEGREE == 0 && k == 0u;
     white[at] = fresh ? r : white[at] + r;

@@ -15,6 +15,12 @@ namespace {
 // -Werror is left to the tests: a driver's own new warning must not stop a user's render.
 constexpr const char* BUILD_OPTIONS = "-cl-std=CL1.2 -cl-kernel-arg-info";
 
+/// Options of every program on this device. See kernels/inline.clh.
+std::string device_options(const DeviceInfo& info) {
+    const bool pocl = info.platform == "Portable Computing Language";
+    return fmt::format("{} -DCLANG_BUILTINS={}", BUILD_OPTIONS, pocl ? 1 : 0);
+}
+
 /// The name in a line of the form `#include "name"`, else empty.
 std::string_view included_name(std::string_view line) {
     constexpr std::string_view lead = "#include \"";
@@ -55,7 +61,7 @@ std::string assembled_source(std::string_view file) {
 Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
     try {
         program_ = cl::Program(device.context(), assembled_source(file));
-        program_.build(device.handle(), fmt::format("{} {}", BUILD_OPTIONS, defines).c_str());
+        program_.build(device.handle(), fmt::format("{} {}", device_options(device.info()), defines).c_str());
     } catch (const cl::BuildError& error) {
         std::string log;
         for (const auto& [unused, text] : error.getBuildLog()) log += text;
