@@ -15,9 +15,9 @@ struct EstimatorName {
     Estimator estimator;
     const char* name;
 };
-constexpr std::array ESTIMATORS = {EstimatorName{Estimator::shared, "shared"},
-                                   EstimatorName{Estimator::per_pixel, "per-pixel"},
-                                   EstimatorName{Estimator::exact, "exact"}};
+constexpr std::array ESTIMATORS = {
+    EstimatorName{Estimator::shared, "shared"}, EstimatorName{Estimator::per_pixel, "per-pixel"},
+    EstimatorName{Estimator::exact, "exact"}, EstimatorName{Estimator::harmonic, "harmonic"}};
 
 }  // namespace
 
@@ -49,6 +49,7 @@ struct Renderer::State {
     std::optional<Display> display;
     std::optional<SharedShader> shared;
     std::optional<ExactIntegrator> exact;
+    std::optional<HarmonicShader> harmonic;
     std::optional<SphereView> view;
 
     const SphereView& view_of(std::size_t size) {
@@ -85,6 +86,18 @@ struct Renderer::State {
         exact->shade(scene.device_map(), scene.distribution(), options.sampling.rotate_y_deg, pixels, white, progress);
         seconds.emplace_back("shade", watch.lap());
     }
+
+    void shade_harmonic(const Scene& scene, const RenderOptions& options, const SphereView& pixels,
+                        Buffer<cl_float>& white, StageSeconds& seconds) {
+        Stopwatch watch;
+        if (!harmonic) harmonic.emplace(device);
+        seconds.emplace_back("kernels", watch.lap());
+        const HarmonicLight light = harmonic->project(scene.device_map(), scene.distribution(), options.harmonic);
+        seconds.emplace_back("project", watch.lap());
+        harmonic->shade(light, options.sampling.rotate_y_deg, pixels, white);
+        device.finish();
+        seconds.emplace_back("shade", watch.lap());
+    }
 };
 
 Renderer::Renderer(const Device& device) : state_(std::make_unique<State>(device)) {}
@@ -117,6 +130,9 @@ Rendered Renderer::render(const Scene& scene, const RenderOptions& options, cons
                 break;
             case Estimator::exact:
                 s.integrate(scene, options, view, white, picture.seconds, progress);
+                break;
+            case Estimator::harmonic:
+                s.shade_harmonic(scene, options, view, white, picture.seconds);
                 break;
         }
     }

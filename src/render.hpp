@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cl/device.hpp"
+#include "harmonic.hpp"
 #include "samples.hpp"
 #include "scene.hpp"
 #include "sphere.hpp"
@@ -19,6 +20,7 @@ enum class Estimator {
     shared,     ///< one sample set for every pixel
     per_pixel,  ///< a fresh set for every pixel
     exact,      ///< the integral itself; needs no samples
+    harmonic,   ///< spherical harmonics and the brightest texels as lights; needs no samples
 };
 
 /// Every estimator's name at the command line.
@@ -35,6 +37,7 @@ struct RenderOptions {
     double albedo = 1;
     double scale = 1;  ///< multiplies the environment
     SamplingOptions sampling;
+    HarmonicOptions harmonic;
 };
 
 /// Seconds by stage, in the order of work.

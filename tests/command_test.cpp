@@ -134,8 +134,6 @@ TEST_F(Command, CompareEndsWithOneWhereTheErrorIsTooLarge) {
     const json report = json::parse(result.out);
     for (const std::string key : {"rmse", "rel_rmse", "bias", "max_abs", "psnr"}) EXPECT_TRUE(report.contains(key));
     EXPECT_GT(report["rel_rmse"].get<double>(), 0);
-    expect_failure(
-        {"compare", a, b, "--max-rel-rmse", "0.000001", "--json", folder_.file("a.exr") + ".none/../r", "-q"}, 5, "");
     const ProgramResult failed = run_program({"compare", a, b, "--max-rel-rmse", "0.000001"});
     EXPECT_EQ(failed.exit_code, 1);
     EXPECT_EQ(run_program({"compare", b, b, "--max-rel-rmse", "0"}).exit_code, 0);

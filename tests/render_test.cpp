@@ -165,8 +165,11 @@ TEST_F(Render, LightFromAboveFallsOnTheUpperPixels) {
     const Scene scene(device_, builder_, lone_texel_map(8, 8, 0, 3));
     for (const std::string& name : estimator_names()) {
         const std::vector<float> picture = pixels(scene, options(estimator_by_name(name), 16));
-        EXPECT_GT(picture[4 * (2 * SIDE + SIDE / 2)], 0) << name;
-        EXPECT_EQ(picture[4 * ((SIDE - 3) * SIDE + SIDE / 2)], 0) << name;
+        const float top = picture[4 * (2 * SIDE + SIDE / 2)];
+        EXPECT_GT(top, 0) << name;
+        // Harmonics leave a truncation error below 1e-3 of the lit side; every other estimator leaves nothing.
+        const float bound = estimator_by_name(name) == Estimator::harmonic ? 1e-3F * top : 0.0F;
+        EXPECT_LE(picture[4 * ((SIDE - 3) * SIDE + SIDE / 2)], bound) << name;
     }
 }
 

@@ -20,6 +20,9 @@
 namespace clerestory::commands {
 namespace {
 
+// At this degree the error of 32 samples a pixel falls 30 to 50 times on photographed maps, for a twentieth more time.
+constexpr unsigned DEFAULT_CONTROL_DEGREE = 8;
+
 struct RenderCommand {
     Common common;
     MapOptions map;
@@ -62,6 +65,11 @@ nlohmann::json parameters(const RenderCommand& command, const RenderOptions& opt
     values["sequence"] = command.draw.sequence;
     values["texel"] = command.draw.texel;
     values["seed"] = command.common.seed;
+    values["control_degree"] = options.sampling.control_degree;
+    if (options.estimator == Estimator::harmonic) {
+        values["degree"] = options.harmonic.degree;
+        values["lights"] = options.harmonic.lights;
+    }
     values["size"] = options.size;
     values["albedo"] = options.albedo;
     values["device"] = device.info().name;
@@ -76,7 +84,9 @@ nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, cons
     options.estimator = estimator_by_name(command.estimator);
     options.samples = count;
     options.scale = command.map.scale;
+    const auto control_degree = options.sampling.control_degree;
     options.sampling = sampling_of(command.draw, command.common, command.map.rotate_y);
+    options.sampling.control_degree = control_degree;
     Progress progress(command.common, fmt::format("render {}", command.estimator));
     Stopwatch watch;
     const Rendered picture =
@@ -127,10 +137,25 @@ void add_render(CLI::App& app) {
     constexpr double LARGEST_ALBEDO = 1e6;
     auto* command = app.add_subcommand("render", "Light a diffuse sphere with a map");
     auto options = std::make_shared<RenderCommand>();
+    options->render.sampling.control_degree = DEFAULT_CONTROL_DEGREE;
     add_map_options(*command, options->map);
     add_draw_options(*command, options->draw);
     command->add_option("--estimator", options->estimator, "How light is added up")
         ->check(CLI::IsMember(estimator_names()))
+        ->capture_default_str();
+    command
+        ->add_option("--control-degree", options->render.sampling.control_degree,
+                     "Sample only what harmonics to this degree leave, which are known exactly; 0 samples everything")
+        ->check(CLI::Range(0, 20))
+        ->capture_default_str()
+        ->group("Samples");
+    command->add_option("--degree", options->render.harmonic.degree, "Degree of --estimator harmonic")
+        ->check(CLI::Range(std::size_t{0}, HarmonicOptions::MAX_DEGREE))
+        ->capture_default_str();
+    command
+        ->add_option("--lights", options->render.harmonic.lights,
+                     "Brightest texels that --estimator harmonic takes as lights of their own")
+        ->check(CLI::Range(std::size_t{0}, HarmonicOptions::MAX_LIGHTS))
         ->capture_default_str();
     command->add_option("--size", options->render.size, "Pixels of a side")
         ->check(CLI::Range(std::size_t{1}, LARGEST_SIDE))
