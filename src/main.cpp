@@ -29,6 +29,7 @@ int run(int argc, char** argv) {
         "Clerestory lights a sphere with a photographed environment and says how much error each second bought.",
         "clerestory"};
     app.require_subcommand(1);
+    app.set_version_flag("--version", CLERESTORY_VERSION);
     app.footer(
         "\nEvery command has --help with an example.\n"
         "Exit codes: 0 done, 1 a comparison or some jobs failed, 2 usage, 3 bad input, 4 OpenCL device or kernel, "

@@ -44,6 +44,10 @@ void print(const MapFacts& facts, const nlohmann::json& report) {
     fmt::print("infinite         {}{}\n", facts.inf.count, place_text(facts.inf));
     fmt::print("negative         {}{}\n", facts.negative.count, place_text(facts.negative));
     fmt::print("zero             {}{}\n", facts.zero.count, place_text(facts.zero));
+    if (report["ringing"].get<std::uint64_t>() != 0) {
+        fmt::print("ringing          {} values below 0 left by lossy compression, read as 0\n",
+                   report["ringing"].get<std::uint64_t>());
+    }
     if (!report["build_seconds"].is_null()) {
         fmt::print("undrawable f32   {} lit texels that a float32 running sum could never draw\n",
                    report["undrawable_f32"].get<std::uint64_t>());
@@ -77,6 +81,7 @@ nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, co
     report["inf"] = facts.inf.count;
     report["negative"] = facts.negative.count;
     report["zero"] = facts.zero.count;
+    report["ringing"] = map.ringing;
     report["first"] = {{"nan", place_of(facts.nan)},
                        {"inf", place_of(facts.inf)},
                        {"negative", place_of(facts.negative)},
