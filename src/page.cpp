@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "markup.hpp"
@@ -33,7 +34,12 @@ figure{margin:20px 0;display:grid;grid-template-columns:minmax(0,1fr);gap:14px;b
 border:1px solid var(--line);border-radius:12px;padding:16px}
 figure>*{min-width:0}
 .picture svg,.picture img{display:block;width:100%;height:auto;border-radius:8px}
-.sphere img{max-width:511px;margin:0 auto}
+.picture{overflow-x:auto}
+.picture svg{min-width:540px}
+.sphere img,.pair img{max-width:511px;margin:0 auto}
+.pair .picture{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,240px),1fr));gap:14px}
+.note{margin:6px 0 0;text-align:center;font-size:14px;color:var(--soft)}
+pre+pre{margin-top:6px}
 figcaption p{margin:0 0 10px}
 dl{display:grid;grid-template-columns:auto auto;justify-content:start;gap:2px 18px;margin:0 0 12px;font-size:15px}
 dt{color:var(--soft)}
@@ -50,9 +56,10 @@ th:first-child,td:first-child{text-align:left}
 details summary{cursor:pointer;color:var(--accent);padding:6px 0}
 footer{margin-top:48px;padding-top:16px;border-top:1px solid var(--line);color:var(--soft);font-size:14px;overflow-wrap:anywhere}
 @media (min-width:860px){
-figure:not(.wide){grid-template-columns:minmax(0,1.15fr) minmax(0,1fr);gap:24px;padding:20px;align-items:center}
+figure:not(.wide){grid-template-columns:minmax(0,1.5fr) minmax(0,1fr);gap:24px;padding:20px;align-items:center}
 figure.sphere:not(.wide){grid-template-columns:minmax(0,420px) minmax(0,1fr)}}
 @media print{
+.picture svg{min-width:0}
 body{font-size:10.5pt}main{max-width:none;padding:0}nav{display:none}
 h2{break-after:avoid}figure,tr,.key li{break-inside:avoid}
 figure:not(.wide){grid-template-columns:minmax(0,1fr) minmax(0,1fr)}
@@ -94,6 +101,12 @@ std::string three_digits(double value) {
 
 }  // namespace
 
+int decimals_of_error(double error) {
+    constexpr int MOST = 9;
+    if (!(error > 0)) return MOST;
+    return std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, MOST);
+}
+
 std::string PageNumbers::number(const std::string& key, double factor, std::string_view unit) const {
     const auto* value = find(report_, key);
     if (value == nullptr || !value->is_number()) return NO_NUMBER;
@@ -118,7 +131,7 @@ std::string PageNumbers::seconds(const std::string& key) const {
 std::string PageNumbers::whole(const std::string& key) const {
     const auto* value = find(report_, key);
     if (value == nullptr || !value->is_number()) return NO_NUMBER;
-    return keyed(key, 1, value->dump(), "");
+    return keyed(key, 1, value->is_number_float() ? fmt::format("{}", value->get<double>()) : value->dump(), "");
 }
 
 std::string PageNumbers::fixed(const std::string& key, int decimals, std::string_view unit) const {
@@ -127,24 +140,36 @@ std::string PageNumbers::fixed(const std::string& key, int decimals, std::string
     return keyed(key, 1, typographic(fmt::format("{:.{}f}", value->get<double>(), decimals)), unit);
 }
 
+std::string PageNumbers::with_error(const std::string& key, const std::string& error_key) const {
+    const auto* error = find(report_, error_key);
+    if (error == nullptr || !error->is_number()) return NO_NUMBER;
+    const int decimals = decimals_of_error(error->get<double>());
+    return fmt::format("{} ± {}", fixed(key, decimals), fixed(error_key, decimals));
+}
+
 std::string PageNumbers::text(const std::string& key) const {
     const auto* value = find(report_, key);
     return value != nullptr && value->is_string() ? escaped(value->get<std::string>()) : NO_NUMBER;
 }
 
 std::string figure_html(const FigureBlock& figure) {
-    const bool is_svg = figure.picture.starts_with("<svg");
-    const std::string picture =
-        is_svg ? figure.picture
-               : fmt::format("<img alt=\"{}\" src=\"{}\">", escaped(figure.alt), png_uri(figure.picture));
+    std::string pictures;
+    for (const auto& shown : figure.pictures) {
+        const bool is_svg = shown.picture.starts_with("<svg");
+        const std::string note = shown.note.empty() ? "" : fmt::format("<p class=\"note\">{}</p>", shown.note);
+        pictures += is_svg ? fmt::format("<div>{}{}</div>", shown.picture, note)
+                           : fmt::format("<div><img alt=\"{}\" src=\"{}\">{}</div>", escaped(shown.alt),
+                                         png_uri(shown.picture), note);
+    }
     std::string numbers;
     for (const auto& [name, value] : figure.numbers) numbers += fmt::format("<dt>{}</dt><dd>{}</dd>", name, value);
+    std::string commands;
+    for (const auto& command : figure.commands) commands += fmt::format("<pre>{}</pre>", command_html(command));
+    const std::string list = numbers.empty() ? "" : fmt::format("<dl>{}</dl>", numbers);
     return fmt::format(
-        "<figure id=\"{}\" class=\"{}\">\n<div "
-        "class=\"picture\">{}</div>\n<figcaption><h3>{}</h3><p>{}</p>{}<pre>{}</pre>"
-        "</figcaption>\n</figure>\n",
-        figure.id, figure.shape, picture, figure.title, figure.caption,
-        numbers.empty() ? "" : "<dl>" + numbers + "</dl>", command_html(figure.command));
+        "<figure id=\"{}\" class=\"{}\">\n<div class=\"picture\">{}</div>\n"
+        "<figcaption><h3>{}</h3><p>{}</p>{}{}</figcaption>\n</figure>\n",
+        figure.id, figure.shape, pictures, figure.title, figure.caption, list, commands);
 }
 
 std::string table_html(const std::string& caption, const std::vector<std::string>& head,

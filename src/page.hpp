@@ -24,6 +24,8 @@ class PageNumbers {
     /// All digits of a whole number, or so many decimals.
     [[nodiscard]] std::string whole(const std::string& key) const;
     [[nodiscard]] std::string fixed(const std::string& key, int decimals, std::string_view unit = "") const;
+    /// A value and its error, with two digits of the error.
+    [[nodiscard]] std::string with_error(const std::string& key, const std::string& error_key) const;
     /// Text as it stands in the report.
     [[nodiscard]] std::string text(const std::string& key) const;
 
@@ -31,16 +33,26 @@ class PageNumbers {
     const nlohmann::json& report_;
 };
 
+/// Decimals that show two digits of an error.
+int decimals_of_error(double error);
+
+/// A picture of a figure.
+struct Shown {
+    std::string picture;    ///< SVG text, or the bytes of a PNG
+    std::string alt = {};   ///< of a PNG: what it shows, for readers that cannot see
+    std::string note = {};  ///< a line below it, HTML
+};
+
 /// One figure beside its caption, its numbers and the command that makes it.
 struct FigureBlock {
     std::string id;
-    std::string title;                                         ///< HTML
-    std::string caption;                                       ///< HTML
-    std::string alt;                                           ///< what the picture shows, for readers that cannot see
-    std::string picture;                                       ///< SVG text, or the bytes of a PNG
-    std::string command;                                       ///< as typed
+    std::string title;    ///< HTML
+    std::string caption;  ///< HTML
+    std::vector<Shown> pictures;
+    std::vector<std::string> commands;                         ///< as typed
     std::vector<std::pair<std::string, std::string>> numbers;  ///< name and value, HTML
-    std::string shape = {};  ///< "wide": the picture takes the page's whole width; "sphere": it is square
+    std::string shape = {};  ///< "wide": the picture takes the page's whole width; "pair": two square ones side by
+                             ///< side; "sphere": it is square
 };
 std::string figure_html(const FigureBlock& figure);
 

@@ -161,6 +161,15 @@ std::string Figures::own_command(const std::string& id) const {
     return command("reproduce", words);
 }
 
+std::vector<std::string> Figures::sphere_words(const std::string& file) {
+    std::vector<std::string> words = {"--rotate-y", short_number(options_.rotate_y_deg), "--exposure",
+                                      short_number(tone().exposure)};
+    const auto changed = changed_words(true);
+    words.insert(words.end(), changed.begin(), changed.end());
+    words.insert(words.end(), {"-o", file});
+    return words;
+}
+
 void Figures::write(const std::string& file, std::string_view bytes) {
     const auto path = options_.folder / file;
     write_bytes(path, bytes);
@@ -252,49 +261,51 @@ void Figures::sample_map(const std::string& id, const SampleSet& set, double sec
                                 renderer_.display().marked_preview(small, gain(), tone(), small_texels));
 }
 
+nlohmann::json Figures::sphere(const std::string& id, const StudySubject& subject) {
+    RenderOptions options;
+    options.estimator = subject.estimator;
+    options.samples = subject.samples;
+    options.size = options_.size;
+    options.scale = options_.scale;
+    options.sampling.sequence = Sequence::random;
+    options.sampling.seed = options_.seed;
+    options.sampling.rotate_y_deg = options_.rotate_y_deg;
+    options.sampling.control_degree = subject.control_degree;
+    if (warm_.emplace(subject.estimator, subject.control_degree).second) {
+        renderer_.render(scene_, options);  // the first launch of a kernel compiles it
+    }
+    const Rendered picture = renderer_.render(scene_, options);
+    double seconds = 0;
+    for (const auto& [stage, value] : picture.seconds) {
+        if (stage == "draw" || stage == "shade") seconds += value;
+    }
+    const std::string file = id + ".png";
+    auto words = sphere_words(file);
+    words.insert(words.begin(), {"--estimator", estimator_name(subject.estimator), "--sequence", "random", "-n",
+                                 std::to_string(subject.samples), "--control-degree",
+                                 std::to_string(subject.control_degree), "--seed", std::to_string(options_.seed)});
+    const ErrorParts parts = laboratory().parts_of(laboratory().errors_of_picture(picture.rgba, gain()));
+    write(file, pictures_[id] = picture_png(picture.rgba));
+    return {{"file", file},
+            {"samples", subject.samples},
+            {"estimator", estimator_name(subject.estimator)},
+            {"control_degree", subject.control_degree},
+            {"seed", options_.seed},
+            {"rel_rmse", parts.rel_rmse},
+            {"bias", parts.rel_bias},
+            {"neighbour_correlation", parts.neighbour_correlation},
+            {"block_side", laboratory().block_sides().back()},
+            {"block_rms", parts.block_rms.back()},
+            {"seconds", seconds},
+            {"command", command("render", words)}};
+}
+
 void Figures::spheres() {
-    std::vector<Estimator> warm;
     for (const auto& [id, estimator, count] : sphere_figures()) {
         if (!wanted(id)) continue;
-        RenderOptions options;
-        options.estimator = estimator;
-        options.samples = count;
-        options.size = options_.size;
-        options.scale = options_.scale;
-        options.sampling.sequence = Sequence::random;
-        options.sampling.seed = options_.seed;
-        options.sampling.rotate_y_deg = options_.rotate_y_deg;
-        if (std::find(warm.begin(), warm.end(), estimator) == warm.end()) {
-            renderer_.render(scene_, options);  // the first launch of a kernel compiles it
-            warm.push_back(estimator);
-        }
-        const Rendered picture = renderer_.render(scene_, options);
-        double seconds = 0;
-        for (const auto& [stage, value] : picture.seconds) {
-            if (stage == "draw" || stage == "shade") seconds += value;
-        }
-        const ErrorParts parts = laboratory().parts_of(laboratory().errors_of_picture(picture.rgba, gain()));
-        const std::string file = id + ".png";
-        std::vector<std::string> words = {"--rotate-y",  short_number(options_.rotate_y_deg),
-                                          "--estimator", estimator_name(estimator),
-                                          "--sequence",  "random",
-                                          "-n",          std::to_string(count),
-                                          "--seed",      std::to_string(options_.seed),
-                                          "--exposure",  short_number(tone().exposure)};
-        const auto changed = changed_words(true);
-        words.insert(words.end(), changed.begin(), changed.end());
-        words.insert(words.end(), {"-o", file});
-        add(id, file, picture_png(picture.rgba),
-            {{"samples", count},
-             {"estimator", estimator_name(estimator)},
-             {"seed", options_.seed},
-             {"rel_rmse", parts.rel_rmse},
-             {"bias", parts.rel_bias},
-             {"neighbour_correlation", parts.neighbour_correlation},
-             {"block_side", laboratory().block_sides().back()},
-             {"block_rms", parts.block_rms.back()},
-             {"seconds", seconds},
-             {"command", command("render", words)}});
+        nlohmann::json numbers = sphere(id, {estimator, 0, count});
+        numbers["control"] = sphere(id + "_control", {estimator, CONTROL_DEGREE, count});
+        report_["figures"][id] = std::move(numbers);
     }
 }
 

@@ -7,7 +7,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cl/device.hpp"
@@ -62,6 +64,7 @@ class Figures {
     void samples();
     void sample_map(const std::string& id, const SampleSet& set, double seconds);
     void spheres();
+    nlohmann::json sphere(const std::string& id, const StudySubject& subject);
     void turned();
     // What it could only claim, in measured.cpp.
     void truth();
@@ -84,6 +87,8 @@ class Figures {
                                       bool with_map = true) const;
     /// Flags that every command shares, where they differ from its defaults.
     [[nodiscard]] std::vector<std::string> changed_words(bool of_sphere) const;
+    /// Flags of `render` that all sphere pictures share.
+    [[nodiscard]] std::vector<std::string> sphere_words(const std::string& file);
     [[nodiscard]] std::string own_command(const std::string& id) const;
     void write(const std::string& file, std::string_view bytes);
     void add(const std::string& id, const std::string& file, const std::string& bytes, nlohmann::json numbers);
@@ -99,7 +104,11 @@ class Figures {
     std::optional<Laboratory> laboratory_;
     std::optional<double> exposure_;
     std::vector<SeedStudy> studies_;
+    std::set<std::pair<Estimator, unsigned>> warm_;  ///< shaders that have been launched, by control degree
 };
+
+/// Degree of the control variate that is shown beside the report's plain estimator.
+constexpr unsigned CONTROL_DEGREE = 8;
 
 /// The report's sphere pictures: id, estimator, samples.
 struct SphereFigure {

@@ -80,10 +80,11 @@ struct Laboratory::State {
     std::map<unsigned, Sampler> samplers;  ///< by control degree
     std::map<unsigned, PerPixelShader> per_pixel;
 
-    SamplingOptions sampling() const {
+    SamplingOptions sampling(unsigned control_degree) const {
         SamplingOptions options;
         options.sequence = Sequence::random;
         options.rotate_y_deg = rotate_y_deg;
+        options.control_degree = control_degree;
         return options;
     }
 
@@ -152,7 +153,7 @@ struct Laboratory::State {
     }
 
     void shade(const StudySubject& subject, std::uint64_t seed) {
-        const SamplingOptions options = sampling();
+        const SamplingOptions options = sampling(subject.control_degree);
         if (subject.estimator == Estimator::shared) {
             if (!shared) shared.emplace(device);
             auto [at, made] =

@@ -7,6 +7,7 @@
 
 #include "clock.hpp"
 #include "error.hpp"
+#include "page.hpp"
 #include "plot.hpp"
 #include "reproduce/figures.hpp"
 #include "reproduce/panels.hpp"
@@ -17,6 +18,20 @@ namespace {
 
 constexpr std::array<std::size_t, 5> SHARED_COUNTS = {16, 64, 256, 1024, 4096};
 constexpr std::array<std::size_t, 5> PER_PIXEL_COUNTS = {2, 4, 8, 16, 32};
+constexpr std::array<std::size_t, 3> PER_PIXEL_CONTROL_COUNTS = {2, 4, 8};
+
+/// An estimator as the convergence plot has it: its subject but for the samples, its name in the report, its label.
+struct Family {
+    StudySubject subject;
+    const char* name;
+    const char* label;
+    plot::Colour colour;
+};
+constexpr std::array FAMILIES = {
+    Family{{Estimator::shared, 0, 0}, "shared", "one shared set", plot::Colour::blue},
+    Family{{Estimator::per_pixel, 0, 0}, "per-pixel", "fresh sets", plot::Colour::vermillion},
+    Family{{Estimator::shared, CONTROL_DEGREE, 0}, "shared-control", "shared, control", plot::Colour::green},
+    Family{{Estimator::per_pixel, CONTROL_DEGREE, 0}, "per-pixel-control", "fresh, control", plot::Colour::purple}};
 
 // What is shown of the seeds' studies: errors of like size.
 constexpr StudySubject SHOWN_SHARED = {Estimator::shared, 0, 64};
@@ -102,9 +117,14 @@ plot::Curve measured_curve(const std::vector<SeedStudy>& studies, const StudySub
     return curve;
 }
 
+std::string labelled(const char* name, const PowerLaw& law) {
+    const int decimals = decimals_of_error(law.half_width);
+    return fmt::format("{}: slope {}{:.{}f} ± {:.{}f}", name, law.slope < 0 ? "−" : "", std::abs(law.slope), decimals,
+                       law.half_width, decimals);
+}
+
 plot::Curve fitted_curve(const PowerLaw& law, const plot::Curve& measured) {
     plot::Curve curve;
-    curve.label = fmt::format("slope {:.3f} ± {:.3f}", law.slope, law.half_width);
     curve.colour = measured.colour;
     for (const double x : {measured.x.front(), measured.x.back()}) {
         curve.x.push_back(x);
@@ -120,6 +140,10 @@ const std::vector<SeedStudy>& Figures::studies() {
     std::vector<StudySubject> subjects;
     for (const std::size_t count : SHARED_COUNTS) subjects.push_back({Estimator::shared, 0, count});
     for (const std::size_t count : PER_PIXEL_COUNTS) subjects.push_back({Estimator::per_pixel, 0, count});
+    for (const std::size_t count : SHARED_COUNTS) subjects.push_back({Estimator::shared, CONTROL_DEGREE, count});
+    for (const std::size_t count : PER_PIXEL_CONTROL_COUNTS) {
+        subjects.push_back({Estimator::per_pixel, CONTROL_DEGREE, count});
+    }
     // Fresh samples cost what they number; shared ones next to nothing.
     const auto cost = [](const StudySubject& subject) {
         constexpr double SHARED_COST = 1.0 / 256;
@@ -159,11 +183,13 @@ void Figures::truth() {
     const std::string id = "figure_11";
     if (!wanted(id)) return;
     Laboratory& lab = laboratory();
+    auto words = sphere_words(id + ".png");
+    words.insert(words.begin(), {"--estimator", "exact"});
     add(id, id + ".png", picture_png(lab.exact_picture(renderer_.display(), gain())),
         {{"seconds", lab.exact_seconds()},
          {"mean_radiance", gain() * lab.exact_mean()},
          {"pixels", lab.pixels()},
-         {"command", own_command(id)}});
+         {"command", command("render", words)}});
 }
 
 void Figures::error_images() {
@@ -287,19 +313,18 @@ void Figures::convergence() {
               .tick_format = "%g"};
     plot.y = {.title = "relative RMSE", .unit = "%", .logarithmic = true, .tick_format = "%g"};
     nlohmann::json fits;
-    for (const auto& [subject, label, colour] :
-         {std::tuple{StudySubject{Estimator::shared, 0, 0}, "one shared set", plot::Colour::blue},
-          std::tuple{StudySubject{Estimator::per_pixel, 0, 0}, "fresh sets for every pixel",
-                     plot::Colour::vermillion}}) {
-        const Points points = points_of(studies(), subject);
+    for (const auto& family : FAMILIES) {
+        const Points points = points_of(studies(), family.subject);
         const PowerLaw law = fit_power_law(points.samples, points.rel_rmse);
-        const plot::Curve measured = measured_curve(studies(), subject, label, colour);
+        const std::string label = labelled(family.label, law);
+        const plot::Curve measured = measured_curve(studies(), family.subject, label, family.colour);
         plot.curves.push_back(measured);
         plot.curves.push_back(fitted_curve(law, measured));
-        fits[estimator_name(subject.estimator)] = {{"slope", law.slope},
-                                                   {"half_width_95", law.half_width},
-                                                   {"one_sample_rel_rmse", one_sample_error(points)},
-                                                   {"points", law.points}};
+        fits[family.name] = {{"slope", law.slope},
+                             {"half_width_95", law.half_width},
+                             {"one_sample_rel_rmse", one_sample_error(points)},
+                             {"control_degree", family.subject.control_degree},
+                             {"points", law.points}};
     }
     add(id, id + ".svg", plot::svg(plot),
         {{"fits", std::move(fits)},

@@ -30,14 +30,17 @@ class Writer {
         return fmt::format("/figures/{}/{}", id, name);
     }
 
+    [[nodiscard]] std::string command_of(const std::string& id) const {
+        return report_.at("figures").at(id).at("command").get<std::string>();
+    }
+
     [[nodiscard]] std::string figure(const std::string& id, const std::string& title, const std::string& caption,
                                      const std::string& alt, Numbers numbers, const std::string& shape = "") const {
         return figure_html({.id = id,
                             .title = title,
                             .caption = caption,
-                            .alt = alt,
-                            .picture = pictures_.at(id),
-                            .command = report_.at("figures").at(id).at("command").get<std::string>(),
+                            .pictures = {{.picture = pictures_.at(id), .alt = alt}},
+                            .commands = {command_of(id)},
                             .numbers = std::move(numbers),
                             .shape = shape});
     }
@@ -132,14 +135,25 @@ class Writer {
 
     [[nodiscard]] std::string sphere(const std::string& id, const std::string& number, const std::string& title,
                                      const std::string& caption) const {
-        return figure(id, fmt::format("Figure {}: {}", number, title), caption, "The lit sphere",
-                      {{"relative RMSE", p_.percent(key(id, "rel_rmse"))},
-                       {"brightness off by", p_.signed_percent(key(id, "bias"))},
-                       {"typical of such pictures", typical(id)},
-                       {"neighbours’ errors correlate", p_.fixed(key(id, "neighbour_correlation"), 3)},
-
-                       {"time", p_.seconds(key(id, "seconds"))}},
-                      "sphere");
+        const auto control = [&](const char* name) { return key(id, std::string("control/") + name); };
+        return figure_html(
+            {.id = id,
+             .title = fmt::format("Figure {}: {}", number, title),
+             .caption = caption,
+             .pictures = {{.picture = pictures_.at(id), .alt = "The lit sphere", .note = "as in the report"},
+                          {.picture = pictures_.at(id + "_control"),
+                           .alt = "The same sphere with a control variate",
+                           .note = fmt::format("same samples, control variate of degree {}",
+                                               p_.whole(control("control_degree")))}},
+             .commands = {command_of(id), report_.at("figures").at(id).at("control").at("command").get<std::string>()},
+             .numbers = {{"relative RMSE", p_.percent(key(id, "rel_rmse"))},
+                         {"typical over seeds", typical(id)},
+                         {"brightness off by", p_.signed_percent(key(id, "bias"))},
+                         {"neighbours’ errors correlate", p_.fixed(key(id, "neighbour_correlation"), 3)},
+                         {"time", p_.seconds(key(id, "seconds"))},
+                         {"with control: relative RMSE", p_.percent(control("rel_rmse"))},
+                         {"with control: time", p_.seconds(control("seconds"))}},
+             .shape = "pair"});
     }
 
     /// The error over seeds of pictures made like this one.
@@ -214,8 +228,9 @@ class Writer {
         for (std::size_t i = 0; i < studies.size(); ++i) {
             const auto at = [i](const char* name) { return fmt::format("/studies/{}/{}", i, name); };
             const auto& sides = studies[i].at("block_sides");
-            rows.push_back({studies[i].at("estimator") == "shared" ? "shared" : "fresh", p_.whole(at("samples")),
-                            p_.percent(at("rel_rmse")), p_.percent(at("rel_rmse_deviation")),
+            const char* sets = studies[i].at("estimator") == "shared" ? "shared" : "fresh";
+            rows.push_back({studies[i].at("control_degree") == 0 ? sets : fmt::format("{}, control", sets),
+                            p_.whole(at("samples")), p_.percent(at("rel_rmse")), p_.percent(at("rel_rmse_deviation")),
                             p_.signed_percent(at("bias")), p_.percent(at("bias_standard_error")),
                             p_.percent(at("mean_over_seeds_rms")), p_.percent(at("mean_over_seeds_expected_rms")),
                             p_.percent(fmt::format("/studies/{}/block_rms/{}", i, sides.size() - 1)),
@@ -266,7 +281,7 @@ class Writer {
     [[nodiscard]] std::string convergence() const {
         const std::string fits = "/figures/figure_15/fits/";
         const auto slope = [&](const std::string& name) {
-            return p_.fixed(fits + name + "/slope", 3) + " ± " + p_.fixed(fits + name + "/half_width_95", 3);
+            return p_.with_error(fits + name + "/slope", fits + name + "/half_width_95");
         };
         return "<section id=\"convergence\"><h2>Both converge</h2>\n" +
                figure("figure_15", "Figure 15: error against the number of samples",
@@ -275,12 +290,16 @@ class Writer {
                       "seed’s "
                       "picture; slopes are given with their 95 % confidence intervals. Random sampling converges with "
                       "slope "
-                      "−1/2: four times the samples for half the error, whichever way they are spent.",
+                      "−1/2: four times the samples for half the error, whichever way they are spent. The control "
+                      "variate takes away what eight degrees of spherical harmonics know exactly, and samples only the "
+                      "rest: the slope stays, the line sinks.",
                       "",
                       {{"slope, shared", slope("shared")},
                        {"slope, fresh", slope("per-pixel")},
-                       {"error of a single sample, shared", p_.percent(fits + "shared/one_sample_rel_rmse")},
-                       {"error of a single sample, fresh", p_.percent(fits + "per-pixel/one_sample_rel_rmse")}}) +
+                       {"error of one sample, shared", p_.percent(fits + "shared/one_sample_rel_rmse")},
+                       {"error of one sample, fresh", p_.percent(fits + "per-pixel/one_sample_rel_rmse")},
+                       {"with control, shared", p_.percent(fits + "shared-control/one_sample_rel_rmse")},
+                       {"with control, fresh", p_.percent(fits + "per-pixel-control/one_sample_rel_rmse")}}) +
                "<p>A sample is worth the same in a shared set as in a pixel’s own: the errors of a single sample, "
                "above, agree within what seeds scatter. What differs is the price. A shared set is drawn once for all "
                "pixels, so at equal time it affords many more "
