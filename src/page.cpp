@@ -34,8 +34,6 @@ figure{margin:20px 0;display:grid;grid-template-columns:minmax(0,1fr);gap:14px;b
 border:1px solid var(--line);border-radius:12px;padding:16px}
 figure>*{min-width:0}
 .picture svg,.picture img{display:block;width:100%;height:auto;border-radius:8px}
-.picture{overflow-x:auto}
-.picture svg{min-width:540px}
 .sphere img,.pair img{max-width:511px;margin:0 auto}
 .pair .picture{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,240px),1fr));gap:14px}
 .note{margin:6px 0 0;text-align:center;font-size:14px;color:var(--soft)}
@@ -58,8 +56,10 @@ footer{margin-top:48px;padding-top:16px;border-top:1px solid var(--line);color:v
 @media (min-width:860px){
 figure:not(.wide){grid-template-columns:minmax(0,1.5fr) minmax(0,1fr);gap:24px;padding:20px;align-items:center}
 figure.sphere:not(.wide){grid-template-columns:minmax(0,420px) minmax(0,1fr)}}
+@media (max-width:600px){
+main{padding:16px 12px 48px}figure{padding:10px}figcaption{padding:0 4px 4px}
+.picture svg text{font-size:17px!important}.picture svg text.small,.picture svg text.label{font-size:15px!important}}
 @media print{
-.picture svg{min-width:0}
 body{font-size:10.5pt}main{max-width:none;padding:0}nav{display:none}
 h2{break-after:avoid}figure,tr,.key li{break-inside:avoid}
 figure:not(.wide){grid-template-columns:minmax(0,1fr) minmax(0,1fr)}
@@ -167,7 +167,7 @@ std::string figure_html(const FigureBlock& figure) {
     for (const auto& command : figure.commands) commands += fmt::format("<pre>{}</pre>", command_html(command));
     const std::string list = numbers.empty() ? "" : fmt::format("<dl>{}</dl>", numbers);
     return fmt::format(
-        "<figure id=\"{}\" class=\"{}\">\n<div class=\"picture\">{}</div>\n"
+        "<figure id=\"about_{}\" class=\"{}\">\n<div class=\"picture\">{}</div>\n"
         "<figcaption><h3>{}</h3><p>{}</p>{}{}</figcaption>\n</figure>\n",
         figure.id, figure.shape, pictures, figure.title, figure.caption, list, commands);
 }

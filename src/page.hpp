@@ -45,7 +45,7 @@ struct Shown {
 
 /// One figure beside its caption, its numbers and the command that makes it.
 struct FigureBlock {
-    std::string id;
+    std::string id;       ///< the block's own is about_ID: a plot has its name as id
     std::string title;    ///< HTML
     std::string caption;  ///< HTML
     std::vector<Shown> pictures;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "clock.hpp"
@@ -157,8 +158,11 @@ const std::vector<SeedStudy>& Figures::studies() {
     // No seed is used twice: numbers of samples that share their first samples would err together.
     std::uint64_t first = options_.seed + 1;
     Laboratory& lab = laboratory();
+    std::set<std::pair<Estimator, unsigned>> launched;
     for (const auto& subject : subjects) {
-        lab.error_of(subject, first);  // compiled now rather than in the times below
+        if (launched.emplace(subject.estimator, subject.control_degree).second) {
+            lab.error_of(subject, first);  // compiled now rather than in the times below
+        }
         studies_.push_back(lab.study(subject, first, options_.seeds, [&](double part, double whole) {
             if (events_.progress) events_.progress("error over seeds", done + cost(subject) * part / whole, total);
         }));
