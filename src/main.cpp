@@ -19,6 +19,7 @@ void add_commands(CLI::App& app) {
     add_sample(app);
     add_render(app);
     add_compare(app);
+    add_study(app);
     add_reproduce(app);
     add_devices(app);
     add_fresnel(app);

@@ -98,9 +98,8 @@ cl::Device part_of(const cl::Device& device, unsigned threads, unsigned compute_
     std::vector<cl::Device> parts;
     cl::Device whole = device;
     whole.createSubDevices(counts.data(), &parts);
-    // PoCL 3.1's threads look at the device of an event that has ended already; were it freed by then, they would
-    // crash. A reference that nobody gives back keeps the sub-device, as the whole device is kept, to the end of the
-    // process.
+    // PoCL 3.1's threads look at the device of an event that has ended already; were it freed by then, they would crash.
+    // A reference that nobody gives back keeps the sub-device, as the whole device is kept, to the end of the process.
     clRetainDevice(parts.at(0)());
     return parts.at(0);
 }

@@ -11,6 +11,7 @@ void add_sample(CLI::App& app);
 void add_render(CLI::App& app);
 void add_info(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_study(CLI::App& app);
 void add_reproduce(CLI::App& app);
 
 }  // namespace clerestory::commands

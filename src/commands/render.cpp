@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clock.hpp"
@@ -16,6 +17,8 @@
 #include "commands/sampling_options.hpp"
 #include "error.hpp"
 #include "picture_file.hpp"
+#include "study/workbench.hpp"
+#include "target.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -31,6 +34,8 @@ struct RenderCommand {
     RenderOptions render;
     std::string estimator = "shared";
     std::vector<std::string> outputs;
+    double target_error = 0;      ///< 0: the flags say how to light the sphere
+    nlohmann::json target_facts;  ///< how the target is reached; null without one
 };
 
 /// The file for one count: {samples} is replaced; without it, and with several counts, _N goes before the suffix.
@@ -75,6 +80,7 @@ nlohmann::json parameters(const RenderCommand& command, const RenderOptions& opt
     values["device"] = device.info().name;
     values["platform"] = device.info().version;
     values["version"] = CLERESTORY_VERSION;
+    if (command.target_facts.is_object()) values.update(command.target_facts);
     return values;
 }
 
@@ -108,7 +114,26 @@ nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, cons
     return result;
 }
 
-void run(const RenderCommand& command) {
+/// The command with the estimator and all that belongs to it as --target-error chooses them.
+RenderCommand with_target_reached(RenderCommand command, const Device& device, const Scene& scene) {
+    RenderOptions asked = command.render;
+    asked.sampling = sampling_of(command.draw, command.common, command.map.rotate_y);
+    const TargetChoice choice = choose_method(device, scene, asked, command.target_error);
+    command.estimator = estimator_name(choice.method.estimator);
+    command.draw.counts = {choice.method.samples};
+    command.draw.sequence = sequence_name(choice.method.sampling.sequence);
+    command.render.sampling.control_degree = choice.method.sampling.control_degree;
+    command.render.harmonic = choice.method.harmonic;
+    command.target_facts = {{"target_error", command.target_error},
+                            {"reached_error", choice.reached_error},
+                            {"choice", choice.choice},
+                            {"why", choice.why}};
+    say(command.common, fmt::format("{}: relative RMSE {:.2g} where {:.2g} was asked; {}", choice.choice,
+                                    choice.reached_error, command.target_error, choice.why));
+    return command;
+}
+
+void run(RenderCommand command) {
     check_outputs(command);
     const Stopwatch total;
     Stopwatch watch;
@@ -119,6 +144,10 @@ void run(const RenderCommand& command) {
     before["read"] = watch.lap();
     const auto scene = make_scene(device, builder, std::move(map), command.map, command.common);
     before["tables"] = watch.lap();
+    if (command.target_error > 0) {
+        command = with_target_reached(std::move(command), device, *scene);
+        before["choose"] = watch.lap();
+    }
     Renderer renderer(device);
     nlohmann::json report = {{"renders", nlohmann::json::array()}};
     for (const std::size_t count : command.draw.counts) {
@@ -163,6 +192,15 @@ void add_render(CLI::App& app) {
     command->add_option("--albedo", options->render.albedo, "Share of light that the sphere reflects")
         ->check(finite_between(0, LARGEST_ALBEDO))
         ->capture_default_str();
+    constexpr double SMALLEST_TARGET = 1e-9;
+    auto* target = command
+                       ->add_option("--target-error", options->target_error,
+                                    "Choose the fastest way whose relative RMSE on this map is at most X")
+                       ->type_name("X")
+                       ->check(finite_between(SMALLEST_TARGET, 1));
+    for (const char* decided : {"--samples", "--estimator", "--sequence", "--control-degree", "--degree", "--lights"}) {
+        target->excludes(command->get_option(decided));
+    }
     add_tone_options(*command, options->tone);
     command
         ->add_option("-o,--output", options->outputs,
@@ -170,7 +208,8 @@ void add_render(CLI::App& app) {
         ->type_name("FILE");
     add_common(*command, options->common,
                "  clerestory render studio.exr -n 1024 --estimator shared -o sphere.exr -o sphere.png\n"
-               "  clerestory render studio.exr -n 8,16,32 --estimator per-pixel -o 'sphere_{samples}.png'");
+               "  clerestory render studio.exr -n 8,16,32 --estimator per-pixel -o 'sphere_{samples}.png'\n"
+               "  clerestory render studio.exr --target-error 0.001 -o sphere.exr");
     command->callback([options] { run(*options); });
 }
 
