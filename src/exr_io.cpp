@@ -291,6 +291,7 @@ Imf::Header exr_header(int width, int height, const Header& values) {
 
 std::unique_ptr<ImageSource> open_exr(const fs::path& file, const ReadLimits& limits) {
     return guarded(file, [&]() -> std::unique_ptr<ImageSource> {
+        check_exr_attributes(file);
         return std::make_unique<ExrSource>(file, std::make_unique<OpenFile>(file, limits));
     });
 }
@@ -323,6 +324,7 @@ Header read_exr_header(const fs::path& file) {
     if (!is_exr(file))
         throw InputError(fmt::format("{}: is not an EXR file, so it has no parameters to read", file.string()));
     return guarded(file, [&] {
+        check_exr_attributes(file);
         const Imf::MultiPartInputFile parts(file.c_str(), 0);
         Header values;
         for (auto a = parts.header(0).begin(); a != parts.header(0).end(); ++a) {

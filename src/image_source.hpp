@@ -52,6 +52,10 @@ bool is_exr(const std::filesystem::path& file);
 /// Refuses a claimed size that is empty or beyond `limits`. Throws InputError.
 void check_size(const std::filesystem::path& file, std::size_t width, std::size_t height, const ReadLimits& limits);
 
+/// Refuses an EXR file whose header names an attribute longer than the file: OpenEXR would take its memory before it
+/// reads. Throws InputError.
+void check_exr_attributes(const std::filesystem::path& file);
+
 /// Opens an EXR file. Throws InputError.
 std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& file, const ReadLimits& limits);
 
