@@ -52,6 +52,31 @@ TEST(Large, OneLitTexelAmongMillionsIsAllThatIsDrawn) {
     EXPECT_LT(peak_kib(), MOST_KIB);
 }
 
+/// Not a large map but a large number: 1e9 draws, shared out among the hard maps, none of a black texel.
+TEST(Large, ABillionDrawsOfTheHardMapsHitNoBlackTexel) {
+    constexpr std::size_t DRAWS = 1'000'000'000;
+    constexpr std::size_t BATCH = std::size_t{1} << 20;
+    const Device device;
+    const std::vector<NamedMap> maps = hard_maps();
+    std::size_t drawn = 0;
+    for (const NamedMap& hard : maps) {
+        LitMap lit(device, hard.make());
+        std::vector<char> is_lit(lit.map.width * lit.map.height);
+        for (std::size_t texel = 0; texel < is_lit.size(); ++texel) is_lit[texel] = lit.is_lit(texel) ? 1 : 0;
+        SampleSet set = lit.sampler.allocate(BATCH);
+        std::vector<cl_uint> texels(BATCH);
+        std::size_t impossible = 0;
+        for (std::size_t first = 0; first * maps.size() < DRAWS; first += BATCH) {
+            lit.sampler.draw_into(set, first);
+            set.texel.download(texels);
+            for (const cl_uint texel : texels) impossible += texel >= is_lit.size() || is_lit[texel] == 0 ? 1 : 0;
+            drawn += BATCH;
+        }
+        EXPECT_EQ(impossible, 0U) << hard.name;
+    }
+    EXPECT_GE(drawn, DRAWS);
+}
+
 TEST(Large, EqualTexelsHaveEqualWidthsAndAreDrawnEvenly) {
     const Device device;
     LitMap lit(device, constant_map(WIDTH, HEIGHT, 1));
