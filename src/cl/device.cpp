@@ -98,8 +98,9 @@ cl::Device part_of(const cl::Device& device, unsigned threads, unsigned compute_
     std::vector<cl::Device> parts;
     cl::Device whole = device;
     whole.createSubDevices(counts.data(), &parts);
-    // PoCL 3.1's threads look at the device of an event that has ended already; were it freed by then, they would crash.
-    // A reference that nobody gives back keeps the sub-device, as the whole device is kept, to the end of the process.
+    // PoCL 3.1's threads look at the device of an event that has ended already; were it freed by then, they would
+    // crash. A reference that nobody gives back keeps the sub-device, as the whole device is kept, to the end of the
+    // process.
     clRetainDevice(parts.at(0)());
     return parts.at(0);
 }
@@ -112,7 +113,7 @@ std::vector<DeviceInfo> list_devices() {
     return infos;
 }
 
-Device::Device(const DeviceOptions& options) : work_group_(options.work_group) {
+Device::Device(const DeviceOptions& options) : work_group_(options.work_group), program_cache_(options.program_cache) {
     try {
         std::tie(device_, info_) = choose(options.selector);
         if (!info_.has_compiler) {

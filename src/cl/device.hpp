@@ -3,17 +3,20 @@
 #include <CL/opencl.hpp>
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <vector>
+
+#include "cl/program_cache.hpp"
 
 namespace clerestory {
 
 /// Which device to open and how much of it to use.
 struct DeviceOptions {
-    std::string selector;  ///< "P:D", platform and device by number; empty: the first CPU, else the first device
-    unsigned threads = 0;  ///< compute units to use, by a sub-device; 0: all
-    std::size_t work_group =
-        0;  ///< work-items in a group, in place of each kernel's own choice; 0: the kernel's choice
+    std::string selector;        ///< "P:D", platform and device by number; empty: the first CPU, else the first device
+    unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
+    std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
+    std::filesystem::path program_cache = {};  ///< folder that keeps built programs; empty: none
 };
 
 /// What a device is and can do.
@@ -49,6 +52,8 @@ class Device {
     /// Work-items in a group: the one asked for at the command line, else `preferred`, within the device's limit.
     [[nodiscard]] std::size_t work_group(std::size_t preferred) const noexcept;
 
+    [[nodiscard]] const ProgramCache& program_cache() const noexcept { return program_cache_; }
+
     void finish() const;
 
   private:
@@ -57,6 +62,7 @@ class Device {
     cl::CommandQueue queue_;
     DeviceInfo info_;
     std::size_t work_group_ = 0;
+    ProgramCache program_cache_;
 };
 
 }  // namespace clerestory

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "cl/error_name.hpp"
 #include "cl/kernel_sources.hpp"
@@ -58,10 +60,41 @@ std::string assembled_source(std::string_view file) {
     return out;
 }
 
-Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
+namespace {
+
+/// All that decides a program's binary.
+std::string cache_key(const DeviceInfo& info, const std::string& source, const std::string& options) {
+    return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.platform, info.version, info.name, info.driver, options, source);
+}
+
+/// The program as the cache keeps it; nothing where it does not, or where the driver no longer takes it.
+std::optional<cl::Program> load_program(const Device& device, const std::string& key, const std::string& options) {
+    auto binary = device.program_cache().load(key);
+    if (!binary) return std::nullopt;
     try {
-        program_ = cl::Program(device.context(), assembled_source(file));
-        program_.build(device.handle(), fmt::format("{} {}", device_options(device.info()), defines).c_str());
+        cl::Program program(device.context(), {device.handle()}, {std::move(*binary)});
+        program.build(device.handle(), options.c_str());
+        return program;
+    } catch (const cl::Error&) {
+        return std::nullopt;
+    }
+}
+
+}  // namespace
+
+Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
+    const std::string options = fmt::format("{} {}", device_options(device.info()), defines);
+    const std::string source = assembled_source(file);
+    const std::string key = cache_key(device.info(), source, options);
+    if (auto kept = load_program(device, key, options)) {
+        program_ = std::move(*kept);
+        return;
+    }
+    try {
+        program_ = cl::Program(device.context(), source);
+        program_.build(device.handle(), options.c_str());
+        const auto binaries = program_.getInfo<CL_PROGRAM_BINARIES>();
+        if (binaries.size() == 1) device.program_cache().store(key, binaries.front());
     } catch (const cl::BuildError& error) {
         std::string log;
         for (const auto& [unused, text] : error.getBuildLog()) log += text;
