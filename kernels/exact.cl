@@ -239,8 +239,11 @@ kernel void add_meridians(global const double* frames, global const uint* ring, 
     double4 partial[4] = {(double4)(0.0), (double4)(0.0), (double4)(0.0), (double4)(0.0)};
     for (uint group = 0u; group < band; group += MERIDIANS_WIDE) {
         const double16 cs = vload16(0, meridians + 2 * ((size_t)first + group));
-        const double8 along = fma((double8)(f.nx), cs.even, f.nz * cs.odd);
-        const double8 across = fma((double8)(f.nx), cs.odd, -(f.nz * cs.even));
+        // By name: oclgrind takes the lanes of .even and .odd for uninitialised, and no scalar beside a vector in min().
+        const double8 c = (double8)(cs.s0, cs.s2, cs.s4, cs.s6, cs.s8, cs.sa, cs.sc, cs.se);
+        const double8 s = (double8)(cs.s1, cs.s3, cs.s5, cs.s7, cs.s9, cs.sb, cs.sd, cs.sf);
+        const double8 along = fma((double8)(f.nx), c, f.nz * s);
+        const double8 across = fma((double8)(f.nx), s, -(f.nz * c));
         const double8 theta = upper_angle(-side * along, (double8)(fabs(ny)));
         const double8 psi = upper_angle(along, fabs(ny) * fabs(across));
         // Meridians beyond the band's last count nothing.
@@ -249,7 +252,7 @@ kernel void add_meridians(global const double* frames, global const uint* ring, 
         const double8 turned = across < 0.0 ? -psi : psi;
         const double8 difference_factor = taken ? fma(value_factor, theta, turned) : (double8)(0.0);
         const double8 position = theta * rows;
-        const int8 row = min(convert_int8(position), (int)height - 1);
+        const int8 row = min(convert_int8(position), (int8)((int)height - 1));
         const long8 near = fabs(position - convert_double8(row) - 0.5) > centred;
         double value_of[MERIDIANS_WIDE], difference_of[MERIDIANS_WIDE];
         int row_of[MERIDIANS_WIDE];

@@ -26,12 +26,17 @@ using Weights = Buffer<RowWeight>;
 
 cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
 
+/// The map where it lies, or a copy. oclgrind, which finds uninitialised reads, takes wrapped memory for uninitialised.
+Floats radiance_buffer(const Device& device, const RadianceMap& map) {
+    constexpr const char* NAME = "the map";
+    const std::span<const float> rgb(map.rgb.data(), map.rgb.size());
+    return device.info().platform == "Oclgrind" ? Floats(device, NAME, rgb) : Floats::over(device, NAME, rgb);
+}
+
 }  // namespace
 
 DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
-    : width(map.width),
-      height(map.height),
-      radiance(Floats::over(device, "the map", std::span<const float>(map.rgb.data(), map.rgb.size()))) {}
+    : width(map.width), height(map.height), radiance(radiance_buffer(device, map)) {}
 
 struct TableBuilder::State {
     explicit State(const Device& opened) : device(opened) {}
