@@ -1,4 +1,5 @@
 #pragma OPENCL FP_CONTRACT OFF
+#include "inline.clh"
 
 /// The marks' colour, opaque green, as bytes R, G, B, A from the lowest.
 #define MARK_COLOUR 0xFF00FF00u
@@ -23,25 +24,39 @@ kernel void compose(global const float* white, global const uint* pixel, uint co
     to[3] = 1.0f;
 }
 
-/// 8-bit value of a radiance: round(255 clamp(exposure L, 0, 1)^(1/gamma)). NaN gives 0.
-uint tone(float radiance, float exposure, float inverse_gamma) {
-    const float exposed = exposure * radiance;
-    const float clamped = exposed > 0.0f ? fmin(exposed, 1.0f) : 0.0f;
-    return convert_uint_rte(255.0f * powr(clamped, inverse_gamma));
+/// 8-bit value of an exposed radiance: how many of the curve's 255 steps lie at or below it. NaN gives 0.
+///   step  [255]  ascending: where round(255 x^(1/gamma)) becomes 1, 2, ... 255
+INLINE uint tone(float exposed, global const float* step) {
+    uint above = step[127] <= exposed ? 128u : 0u;
+    above += step[above + 63u] <= exposed ? 64u : 0u;
+    above += step[above + 31u] <= exposed ? 32u : 0u;
+    above += step[above + 15u] <= exposed ? 16u : 0u;
+    above += step[above + 7u] <= exposed ? 8u : 0u;
+    above += step[above + 3u] <= exposed ? 4u : 0u;
+    above += step[above + 1u] <= exposed ? 2u : 0u;
+    above += step[above] <= exposed ? 1u : 0u;
+    return above;
+}
+
+/// 8-bit value of a share, held to 0 .. 1. NaN gives 0.
+INLINE uint byte_of_share(float share) {
+    const float held = not_negative(share);
+    return convert_uint(255.0f * (held < 1.0f ? held : 1.0f) + 0.5f);
 }
 
 /// Preview of an image: four bytes a pixel, R lowest.
 ///   from     [channels * count]  interleaved, 3 or 4 channels; the fourth is alpha
+///   step     [255]               see tone
 ///   preview  [count]
-/// Range: one work-item per pixel. Error: at most one step of 255, where the curve is within 1e-5 of a half.
-kernel void tone_map(global const float* from, uint channels, uint count, float exposure, float inverse_gamma,
+/// Range: one work-item per pixel. Exact but for the product with the exposure, half an ulp.
+kernel void tone_map(global const float* from, uint channels, uint count, float exposure, global const float* step,
                      global uint* preview) {
     const uint at = (uint)get_global_id(0);
     if (at >= count) return;
     global const float* pixel = from + (size_t)channels * at;
-    const uint alpha = channels == 4u ? convert_uchar_sat_rte(255.0f * pixel[3]) : 255u;
-    preview[at] = tone(pixel[0], exposure, inverse_gamma) | tone(pixel[1], exposure, inverse_gamma) << 8 |
-                  tone(pixel[2], exposure, inverse_gamma) << 16 | alpha << 24;
+    const uint alpha = byte_of_share(channels == 4u ? pixel[3] : 1.0f);
+    preview[at] = tone(exposure * pixel[0], step) | tone(exposure * pixel[1], step) << 8 |
+                  tone(exposure * pixel[2], step) << 16 | alpha << 24;
 }
 
 /// Marks every sample's texel with a 5x5 square, cut off at the map's edges.

@@ -1,50 +1,85 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "table.clh"
+#include "wide_row.clh"
 
-/// Whole rows in one go: census, weight and cumulative table, while the row lies in the cache.
-///   radiance    [3 * height * width]  linear RGB, row-major, top row first
-///   first_row                         rows first_row .. first_row + rows - 1 are built
-///   row_census  [height], row_weight [height]
-///   conditional [height * width]      end of each texel, in units of 2^-TABLE_BITS; the last lit one ends at TABLE_ONE
-/// A row with a bad texel (see Census), or a black one, becomes all zero.
-/// Range: one work-item per row. No local memory, no barrier.
-/// Exact: equal to the bit to the chunked path, and to reference::row_table.
-kernel void build_rows(global const float* radiance, uint width, uint first_row, uint rows, float luminance_r,
-                       float luminance_g, float luminance_b, global Census* row_census, global RowWeight* row_weight,
-                       global uint* conditional) {
-    const uint item = (uint)get_global_id(0);
-    if (item >= rows) return;
-    const size_t row_index = first_row + item;
-    const global float* row = radiance + 3 * (size_t)width * row_index;
-    global uint* table = conditional + (size_t)width * row_index;
-    const float3 luminance = (float3)(luminance_r, luminance_g, luminance_b);
+/// Census of texels begin .. end - 1 of a row, one by one.
+INLINE void census_texels(Census* census, global const float* row, uint begin, uint end) {
+    for (uint j = begin; j < end; ++j) take_census(census, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
+}
 
+/// Census of a row: sixteen texels at a time, and all of it again one by one where some are bad.
+INLINE Census census_row(global const float* row, uint width) {
+    const uint wide_end = width - width % WIDE;
     Census census = empty_census(width);
-    for (uint j = 0; j < width; ++j) take_census(&census, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
-    row_census[row_index] = census;
-
-    RowWeight weight;
-    weight.sum = 0ul;
-    weight.lit = 0u;
-    weight.exponent = scale_exponent(census.max_component);
-    if (has_bad_texels(census) || census.max_component == 0.0f) {
-        row_weight[row_index] = weight;
-        for (uint j = 0; j < width; ++j) table[j] = 0u;
-        return;
+    uint16 fine = ~(uint16)(0u);
+    uint16 lit = (uint16)(0u);
+    float16 largest = (float16)(0.0f);
+    for (uint j = 0u; j < wide_end; j += WIDE) {
+        const WideTexels t = load_wide(row, j);
+        fine &= wide_fine(t.r) & wide_fine(t.g) & wide_fine(t.b);
+        lit -= wide_lit(t);  // a lane is all ones, or -1, where it is lit
+        const float16 rg = t.r > t.g ? t.r : t.g;
+        const float16 rgb = rg > t.b ? rg : t.b;
+        largest = rgb > largest ? rgb : largest;
     }
-    const float scale = power_of_two(-weight.exponent);
-    for (uint j = 0; j < width; ++j) {
+    if (sum_of_lanes(~fine) != 0ul) {
+        census_texels(&census, row, 0u, width);
+        return census;
+    }
+    census.zero_count = wide_end - (uint)sum_of_lanes(lit);
+    census.max_component = largest_lane(largest);
+    census_texels(&census, row, wide_end, width);
+    return census;
+}
+
+/// Exact sum of a row's intensities. Sums of the halves of 2^20 / 16 numbers of 32 bits fit into 32 bits.
+INLINE RowWeight weigh_row(global const float* row, uint width, int exponent, float3 luminance) {
+    const uint wide_end = width - width % WIDE;
+    const float scale = power_of_two(-exponent);
+    uint16 low = (uint16)(0u);
+    uint16 high = (uint16)(0u);
+    uint16 lit = (uint16)(0u);
+    for (uint j = 0u; j < wide_end; j += WIDE) {
+        const WideTexels t = load_wide(row, j);
+        const uint16 fixed = wide_fixed_weight(wide_intensity(t, scale, luminance));
+        low += fixed & 0xFFFFu;
+        high += fixed >> 16;
+        lit -= wide_lit(t);
+    }
+    RowWeight weight;
+    weight.exponent = exponent;
+    weight.sum = sum_of_lanes(low) + (sum_of_lanes(high) << 16);
+    weight.lit = (uint)sum_of_lanes(lit);
+    for (uint j = wide_end; j < width; ++j) {
         const float r = row[3 * j];
         const float g = row[3 * j + 1];
         const float b = row[3 * j + 2];
         weight.sum += fixed_weight(scaled_intensity(r, g, b, scale, luminance));
         weight.lit += is_lit(r, g, b);
     }
-    row_weight[row_index] = weight;
+    return weight;
+}
 
+/// Value that entry `entry` of a guide stands for: see build_guides.
+INLINE uint guide_value(uint entry, uint bits) {
+    return entry == 1u << bits ? TABLE_ONE - 1u : entry << (TABLE_BITS - bits);
+}
+
+/// Cumulative table of a row, and its guide: entries are found as the ends pass their values.
+INLINE void scan_row(global const float* row, uint width, RowWeight weight, float3 luminance, uint bits,
+                     global uint* table, global uint* guide) {
+    const uint wide_end = width - width % WIDE;
+    const float scale = power_of_two(-weight.exponent);
     const float per_intensity = counts_per_intensity(weight.sum, weight.lit);
     uint running = 0u;
-    for (uint j = 0; j < width; ++j) {
+    for (uint j = 0u; j < wide_end; j += WIDE) {
+        const WideTexels t = load_wide(row, j);
+        const uint16 counts = wide_count(wide_intensity(t, scale, luminance), per_intensity, wide_lit(t));
+        const uint16 ends = wide_running(counts) + running;
+        vstore16(ends, 0, table + j);
+        running = ends.sf;
+    }
+    for (uint j = wide_end; j < width; ++j) {
         const float r = row[3 * j];
         const float g = row[3 * j + 1];
         const float b = row[3 * j + 2];
@@ -52,7 +87,58 @@ kernel void build_rows(global const float* radiance, uint width, uint first_row,
         table[j] = running;
     }
     const uint stretch_by = stretch(running);
-    for (uint j = 0; j < width; ++j) table[j] = table_end(table[j], running, stretch_by);
+    const uint entries = (1u << bits) + 1u;
+    uint entry = 0u;
+    for (uint j = 0u; j < wide_end; j += WIDE) {
+        const uint16 ends = wide_table_end(vload16(0, table + j), running, stretch_by);
+        vstore16(ends, 0, table + j);
+        const uint last = ends.sf;
+        for (; entry < entries && guide_value(entry, bits) < last; ++entry) {
+            guide[entry] = j + wide_at_or_below(ends, guide_value(entry, bits));
+        }
+    }
+    for (uint j = wide_end; j < width; ++j) {
+        const uint end = table_end(table[j], running, stretch_by);
+        table[j] = end;
+        for (; entry < entries && guide_value(entry, bits) < end; ++entry) guide[entry] = j;
+    }
+}
+
+/// Whole rows in one go: census, weight and cumulative table, while the row lies in the cache.
+///   radiance    [3 * height * width]  linear RGB, row-major, top row first
+///   first_row                         rows first_row .. first_row + rows - 1 are built
+///   row_census  [height], row_weight [height]
+///   conditional [height * width]      end of each texel, in units of 2^-TABLE_BITS; the last lit one ends at TABLE_ONE
+///   guide       [height * (2^bits + 1)]  see build_guides
+/// A row with a bad texel (see Census), or a black one, becomes all zero; its guide points at its last texel.
+/// Range: one work-item per row. No local memory, no barrier.
+/// Exact: equal to the bit to the chunked path, and to reference::row_table.
+kernel void build_rows(global const float* radiance, uint width, uint first_row, uint rows, float luminance_r,
+                       float luminance_g, float luminance_b, uint bits, global Census* row_census,
+                       global RowWeight* row_weight, global uint* conditional, global uint* guide) {
+    const uint item = (uint)get_global_id(0);
+    if (item >= rows) return;
+    const size_t row_index = first_row + item;
+    const global float* row = radiance + 3 * (size_t)width * row_index;
+    const uint entries = (1u << bits) + 1u;
+    global uint* table = conditional + (size_t)width * row_index;
+    global uint* row_guide = guide + (size_t)entries * row_index;
+    const float3 luminance = (float3)(luminance_r, luminance_g, luminance_b);
+
+    const Census census = census_row(row, width);
+    row_census[row_index] = census;
+    const int exponent = scale_exponent(census.max_component);
+    if (has_bad_texels(census) || census.max_component == 0.0f) {
+        row_weight[row_index].sum = 0ul;
+        row_weight[row_index].exponent = exponent;
+        row_weight[row_index].lit = 0u;
+        for (uint j = 0; j < width; ++j) table[j] = 0u;
+        for (uint entry = 0; entry < entries; ++entry) row_guide[entry] = width - 1u;
+        return;
+    }
+    const RowWeight weight = weigh_row(row, width, exponent, luminance);
+    row_weight[row_index] = weight;
+    scan_row(row, width, weight, luminance, bits, table, row_guide);
 }
 
 /// Running counts of every chunk, from 0 at its start, and their total.
@@ -213,6 +299,5 @@ kernel void build_guides(global const uint* table, uint count, uint tables, uint
     if (item >= (size_t)tables * entries) return;
     const size_t which = item / entries;
     const uint entry = (uint)(item % entries);
-    const uint value = entry + 1u == entries ? TABLE_ONE - 1u : entry << (TABLE_BITS - bits);
-    guide[item] = min(first_above(table + which * count, count, value), count - 1u);
+    guide[item] = min(first_above(table + which * count, count, guide_value(entry, bits)), count - 1u);
 }

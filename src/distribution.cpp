@@ -49,8 +49,8 @@ struct TableBuilder::State {
     Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks{
         device, stage1, "sum_chunks"};
     Kernel<Weights, cl_uint, cl_uint, Weights> join_weights{device, stage1, "join_weights"};
-    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Censuses, Weights, Uints> build_rows{
-        device, stage2, "build_rows"};
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, cl_uint, Censuses, Weights, Uints, Uints>
+        build_rows{device, stage2, "build_rows"};
     Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints>
         scan_chunks{device, stage2, "scan_chunks"};
     Kernel<Uints, cl_uint, cl_uint, Uints, Uints> scan_totals{device, stage2, "scan_totals"};
@@ -70,7 +70,8 @@ struct TableBuilder::State {
     }
 
     void build_by_chunks(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
-                         Weights& weights, Uints& conditional) {
+                         Weights& weights, Distribution& built) {
+        Uints& conditional = built.conditional;
         const std::size_t chunks = chunks_of(map.width);
         const std::size_t items = map.height * chunks;
         count(map, chunks, censuses);
@@ -88,13 +89,15 @@ struct TableBuilder::State {
                     totals, conditional);
         scan_totals(thin(map.height), totals, c, h, starts, row_totals);
         finish_chunks(fat(items), starts, row_totals, w, c, n, conditional);
+        build_guides(thin(built.conditional_guide.size()), conditional, w, h, built.column_bits,
+                     built.conditional_guide);
         device.finish();
     }
 
     void build_by_rows(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
-                       Weights& weights, Uints& conditional) {
+                       Weights& weights, Distribution& built) {
         build_rows(fat(map.height), map.radiance, narrow(map.width), 0U, narrow(map.height), luminance[0], luminance[1],
-                   luminance[2], censuses, weights, conditional);
+                   luminance[2], built.column_bits, censuses, weights, built.conditional, built.conditional_guide);
         device.finish();
     }
 
@@ -125,13 +128,15 @@ Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& optio
     built.height = map.height;
     built.row_bits = bits_to_count(map.height);
     built.column_bits = std::max(bits_to_count(map.width), COLUMN_GUIDE_SHRINK) - COLUMN_GUIDE_SHRINK;
+    const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * map.height;
     built.conditional = Uints(s.device, "the conditional tables", map.width * map.height);
+    built.conditional_guide = Uints(s.device, "the rows' guides", column_entries);
     Censuses censuses(s.device, "the rows' census", map.height);
     Weights weights(s.device, "the rows' weights", map.height);
     if (s.by_chunks(options.path, map.height)) {
-        s.build_by_chunks(map, luminance, censuses, weights, built.conditional);
+        s.build_by_chunks(map, luminance, censuses, weights, built);
     } else {
-        s.build_by_rows(map, luminance, censuses, weights, built.conditional);
+        s.build_by_rows(map, luminance, censuses, weights, built);
     }
     built.census = join_census(censuses.download(), map.width);
     if (built.census.bad() != 0) {
@@ -146,12 +151,8 @@ Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& optio
     s.scan_marginal({1, 1}, weights, sines, narrow(map.height), shares, built.marginal);
 
     const std::size_t row_entries = (std::size_t{1} << built.row_bits) + 1;
-    const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * map.height;
     built.marginal_guide = Uints(s.device, "the marginal's guide", row_entries);
-    built.conditional_guide = Uints(s.device, "the rows' guides", column_entries);
     s.build_guides(s.thin(row_entries), built.marginal, narrow(map.height), 1U, built.row_bits, built.marginal_guide);
-    s.build_guides(s.thin(column_entries), built.conditional, narrow(map.width), narrow(map.height), built.column_bits,
-                   built.conditional_guide);
 
     built.exponent = -126;  // the least that a row can have
     const std::vector<double> solid_angles = texel_solid_angles(map.width, map.height);

@@ -60,9 +60,10 @@ figure.sphere:not(.wide){grid-template-columns:minmax(0,420px) minmax(0,1fr)}}
 main{padding:16px 12px 48px}figure{padding:10px}figcaption{padding:0 4px 4px}
 .picture svg text{font-size:17px!important}.picture svg text.small,.picture svg text.label{font-size:15px!important}}
 @media print{
-body{font-size:10.5pt}main{max-width:none;padding:0}nav{display:none}
-h2{break-after:avoid}figure,tr,.key li{break-inside:avoid}
-figure:not(.wide){grid-template-columns:minmax(0,1fr) minmax(0,1fr)}
+body{font-size:9pt;line-height:1.4}dl{font-size:9pt}h3{font-size:10.5pt}main{max-width:none;padding:0}nav{display:none}
+h2{margin-top:24px;break-after:avoid}section>p{break-after:avoid;break-inside:avoid}figure,tr,.key li{break-inside:avoid}
+figure{margin:12px 0;padding:10px}figure:not(.wide){grid-template-columns:minmax(0,1.2fr) minmax(0,1fr)}
+.key{grid-template-columns:repeat(4,1fr)}.pair .picture{grid-template-columns:1fr 1fr}pre{font-size:8pt}
 .scroll{overflow:visible}th,td{padding:3px 5px;font-size:8.5pt;white-space:normal}}
 )css";
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -48,6 +49,17 @@ std::string control_defines(unsigned degree) {
         series += fmt::format("{}{:a}f", series.empty() ? "" : ",", static_cast<float>(c));
     }
     return fmt::format("-DCONTROL_DEGREE={} -DCONTROL_SERIES={}", degree, series);
+}
+
+/// Exposed radiances at which round(255 x^(1/gamma)) becomes 1, 2, ... 255. None is 0, however steep the curve.
+std::vector<float> tone_steps(double gamma) {
+    constexpr int STEPS = 255;
+    std::vector<float> steps;
+    for (int k = 1; k <= STEPS; ++k) {
+        const auto step = static_cast<float>(std::pow((k - 0.5) / STEPS, gamma));
+        steps.push_back(std::max(step, std::numeric_limits<float>::denorm_min()));
+    }
+    return steps;
 }
 
 }  // namespace
@@ -208,15 +220,17 @@ struct Display::State {
     const Device& device;
     Program program{device, "display.cl"};
     Kernel<Floats, Uints, cl_uint, cl_uint, cl_float, cl_float, Floats> compose{device, program, "compose"};
-    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints> tone_map{device, program, "tone_map"};
+    Kernel<Floats, cl_uint, cl_uint, cl_float, Floats, Uints> tone_map{device, program, "tone_map"};
     Kernel<Uints, cl_uint, cl_uint, cl_uint, Uints> mark_samples{device, program, "mark_samples"};
 
     Uints tone(std::span<const float> pixels, std::size_t channels, double gain, const ToneOptions& options) {
         const std::size_t count = pixels.size() / channels;
-        const Floats from(device, "the picture", pixels);
+        const Floats from = Floats::over(device, "the picture", pixels);  // a large map is not copied
+        const std::vector<float> curve = tone_steps(options.gamma);
+        const Floats steps(device, "the tone curve", std::span<const float>(curve));
         Uints preview(device, "the preview", count);
         tone_map({count, device.work_group(64)}, from, narrow(channels), narrow(count),
-                 static_cast<float>(gain * options.exposure), static_cast<float>(1 / options.gamma), preview);
+                 static_cast<float>(gain * options.exposure), steps, preview);
         return preview;
     }
 };

@@ -46,12 +46,13 @@ class Tiny : public ::testing::Test {
 };
 
 TEST_F(Tiny, BothScanPathsBuildTheSameTables) {
-    const RadianceMap map = ramp_map(5, 3);
+    const RadianceMap map = ramp_map(37, 3);  // two wide registers, and five texels beside them
     const DeviceMap on_device(device_, map);
     const Distribution rows = builder_.build(on_device, {.path = ScanPath::rows});
     const Distribution chunks = builder_.build(on_device, {.path = ScanPath::chunks});
     EXPECT_EQ(rows.conditional.download(), chunks.conditional.download());
     EXPECT_EQ(rows.marginal.download(), chunks.marginal.download());
+    EXPECT_EQ(rows.conditional_guide.download(), chunks.conditional_guide.download());
 }
 
 TEST_F(Tiny, SampledEstimatorsGiveFiniteLightByAnySequence) {
