@@ -148,9 +148,9 @@ TEST_F(LatLong, CosineAndSineOfTurnsAreWithinTheirStatedError) {
     const std::string source = assembled_source("latlong.clh") +
                                "kernel void turn(global float* out) {\n"
                                "    const uint at = get_global_id(0);\n"
-                               "    const float2 cs = cos_sin_turns(at * 0x1p-19f);\n"
-                               "    out[2 * at] = cs.x;\n"
-                               "    out[2 * at + 1] = cs.y;\n"
+                               "    const Azimuth cs = cos_sin_turns(at * 0x1p-19f);\n"
+                               "    out[2 * at] = cs.cosine;\n"
+                               "    out[2 * at + 1] = cs.sine;\n"
                                "}\n";
     cl::Program program(device_.context(), "#pragma OPENCL FP_CONTRACT OFF\n" + source);
     program.build(device_.handle(), "-cl-std=CL1.2");
