@@ -12,5 +12,5 @@ mkdir -p "$found"
 # What libFuzzer finds on its way stays out of the repository. OpenEXR may ask for the 2 GB that a nested size can claim, but
 # must not touch them: the limit on resident memory is the one that counts.
 export ASAN_OPTIONS=allocator_may_return_null=1 LSAN_OPTIONS=suppressions=$PWD/scripts/lsan.supp:print_suppressions=0
-build/sanitize/fuzz/map_fuzz -max_total_time="${1:-30}" -timeout=10 -rss_limit_mb=1024 -malloc_limit_mb=2100 -max_len=4096 \
+build/sanitize/fuzz/map_fuzz -seed=1 -max_total_time="${1:-30}" -timeout=10 -rss_limit_mb=1024 -malloc_limit_mb=2100 -max_len=4096 \
     -artifact_prefix="$found/" -print_final_stats=1 "$found" fuzz/corpus/map

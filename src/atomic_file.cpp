@@ -107,7 +107,8 @@ void AtomicFile::clean_up() noexcept {
     std::error_code ignored;
     if (!in_place_ && !temporary_.empty()) fs::remove(temporary_, ignored);
     // Deepest first; a folder that somebody else has used meanwhile is not empty and stays.
-    for (auto folder = made_folders_.rbegin(); folder != made_folders_.rend(); ++folder) fs::remove(*folder, ignored);
+    std::for_each(made_folders_.rbegin(), made_folders_.rend(),
+                  [&](const fs::path& folder) { fs::remove(folder, ignored); });
     made_folders_.clear();
 }
 

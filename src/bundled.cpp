@@ -24,7 +24,7 @@ std::array<fs::path, 3> data_folders() {
 
 fs::path bundled_map(std::string_view name) {
     for (const fs::path& folder : data_folders()) {
-        const fs::path file = (folder / fmt::format("{}.exr", name)).lexically_normal();
+        fs::path file = (folder / fmt::format("{}.exr", name)).lexically_normal();
         std::error_code error;
         if (fs::is_regular_file(file, error)) return file;
     }
