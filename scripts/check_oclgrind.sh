@@ -9,7 +9,7 @@ configure release -DCLERESTORY_TESTS=ON -DCLERESTORY_BENCH=ON
 build release clerestory_tests
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cc -shared -fPIC -o "$work/oclgrind_shim.so" scripts/oclgrind_shim.c
+cc -shared -fPIC -Wall -Wextra -o "$work/oclgrind_shim.so" scripts/oclgrind_shim.c -ldl
 
 # oclgrind puts its own OpenCL before the loader's: the tests see one device, which interprets the kernels. It knows
 # neither what clang's optimiser makes of them (freeze, bitreverse) nor what forced inlining leaves behind. It starts its

@@ -1,7 +1,11 @@
 /* Preloaded before oclgrind 21.10, which takes for uninitialised what it should not:
    what is written to a buffer that stands where a released one stood, so buffers live to the end here;
-   and what was filled, so fills are writes here. */
+   what was filled, so fills are writes here;
+   and host memory that a buffer wraps, so such a buffer (always read-only) is a copy here. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,4 +26,13 @@ int clEnqueueFillBuffer(void* queue, void* buffer, const void* pattern, size_t p
     const int status = clEnqueueWriteBuffer(queue, buffer, 1, offset, size, bytes, events, wait_for, event);
     free(bytes);
     return status;
+}
+
+void* clCreateBuffer(void* context, uint64_t flags, size_t size, void* host, int* status) {
+    const uint64_t use_host_pointer = 1u << 3;
+    const uint64_t copy_host_pointer = 1u << 5;
+    void* (*create)(void*, uint64_t, size_t, void*, int*);
+    *(void**)&create = dlsym(RTLD_NEXT, "clCreateBuffer");
+    if (flags & use_host_pointer) flags ^= use_host_pointer | copy_host_pointer;
+    return create(context, flags, size, host, status);
 }
