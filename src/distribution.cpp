@@ -19,24 +19,15 @@ constexpr std::size_t ROWS_PER_UNIT = 8;
 
 unsigned bits_to_count(std::size_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
 
-using Floats = Buffer<cl_float>;
-using Uints = Buffer<cl_uint>;
 using Censuses = Buffer<Census>;
 using Weights = Buffer<RowWeight>;
-
-cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
-
-/// The map where it lies, or a copy. oclgrind, which finds uninitialised reads, takes wrapped memory for uninitialised.
-Floats radiance_buffer(const Device& device, const RadianceMap& map) {
-    constexpr const char* NAME = "the map";
-    const std::span<const float> rgb(map.rgb.data(), map.rgb.size());
-    return device.info().platform == "Oclgrind" ? Floats(device, NAME, rgb) : Floats::over(device, NAME, rgb);
-}
 
 }  // namespace
 
 DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
-    : width(map.width), height(map.height), radiance(radiance_buffer(device, map)) {}
+    : width(map.width),
+      height(map.height),
+      radiance(Floats::over(device, "the map", {map.rgb.data(), map.rgb.size()})) {}
 
 struct TableBuilder::State {
     explicit State(const Device& opened) : device(opened) {}

@@ -14,9 +14,7 @@
 namespace clerestory {
 namespace {
 
-using Floats = Buffer<cl_float>;
 using Doubles = Buffer<cl_double>;
-using Uints = Buffer<cl_uint>;
 
 // As in kernels/exact.cl.
 constexpr std::size_t LATITUDE_ENTRY = 12;
@@ -31,8 +29,6 @@ constexpr std::size_t FEWEST_EDGES = 8;
 constexpr std::size_t MOST_CROSSINGS = std::size_t{1} << 20;
 // The horizon of a normal with n_y = 0 runs through the poles, where all meridians meet: it is tilted by this angle.
 constexpr double LEAST_TILT = 1e-12;
-
-cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
 
 struct CosSin {
     double cosine, sine;

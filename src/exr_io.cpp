@@ -234,7 +234,8 @@ class ExrSource final : public ImageSource {
         auto base = reinterpret_cast<std::uintptr_t>(rows.first + offset);
         base -= static_cast<std::size_t>(std::int64_t{origin.x}) * x_stride;
         base -= static_cast<std::size_t>(std::int64_t{origin.y}) * y_stride;
-        return {Imf::FLOAT, reinterpret_cast<char*>(base), x_stride, y_stride};
+        // The data window may begin anywhere, so that the origin that OpenEXR asks for lies outside the buffer.
+        return {Imf::FLOAT, reinterpret_cast<char*>(base), x_stride, y_stride};  // NOLINT(performance-no-int-to-ptr)
     }
 
     [[nodiscard]] Imf::FrameBuffer frame(Rows rgb, Rows alpha) const {

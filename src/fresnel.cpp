@@ -179,7 +179,6 @@ FresnelCurves fresnel_curves(const Device& device, const Media& media, std::vect
     }
     const std::size_t count = angle_deg.size();
     const auto pairs = angle_pairs(media, angle_deg);
-    using Floats = Buffer<float>;
     const Program program(device, "fresnel.cl", defines(device, arithmetic));
     Kernel<Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, cl_uint> reflect(device, program,
                                                                                                     "reflect_angles");

@@ -17,10 +17,7 @@
 namespace clerestory {
 namespace {
 
-using Floats = Buffer<cl_float>;
-using Uints = Buffer<cl_uint>;
-
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::size_t CHANNELS = 3;
 
 constexpr std::size_t PIXELS_WIDE_ON_CPU = 16;
@@ -32,8 +29,6 @@ constexpr std::size_t HISTOGRAMS_PER_UNIT = 4;
 // Largest side of a light, radians: a texel of a map 512 wide. A light counts as a point, which is wrong only for
 // normals to which it lies on the horizon; alone in a black sky, one of this size costs 3e-4 of relative RMSE.
 constexpr double LIGHT_SIDE = 2 * pi / 512;
-
-cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
 
 float map_scale(int exponent) { return std::ldexp(1.0F, -exponent); }
 
@@ -286,8 +281,10 @@ struct HarmonicShader::State {
             const std::size_t row = texel[t] / map.width;
             const std::size_t column = texel[t] % map.width;
             for (std::size_t p = 0; p < cut.count(); ++p) {
-                const auto down = static_cast<double>(row * cut.down + p / cut.along) + 0.5;
-                const auto along = static_cast<double>(column * cut.along + p % cut.along) + 0.5;
+                const std::size_t cell_row = row * cut.down + p / cut.along;
+                const std::size_t cell_column = column * cut.along + p % cut.along;
+                const double down = static_cast<double>(cell_row) + 0.5;
+                const double along = static_cast<double>(cell_column) + 0.5;
                 light.lights.push_back({cell_integral(down * theta_side, along * phi_side, theta_side, phi_side),
                                         {excess[3 * t], excess[3 * t + 1], excess[3 * t + 2]}});
             }

@@ -6,7 +6,7 @@
 namespace clerestory {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// alpha of x P_l = alpha_{l+1} P_{l+1} + alpha_l P_{l-1} for normalised functions of order m.
 double recurrence_factor(double l, double m) { return std::sqrt((l * l - m * m) / (4 * l * l - 1)); }

@@ -118,7 +118,7 @@ class OiioSource final : public ImageSource {
 
     [[nodiscard]] float decoded(float code) const {
         const float last = static_cast<float>(decode_.size() - 1);
-        return decode_[static_cast<std::size_t>(std::clamp(code, 0.0F, 1.0F) * last + 0.5F)];
+        return decode_[static_cast<std::size_t>(std::lround(std::clamp(code, 0.0F, 1.0F) * last))];
     }
 
     fs::path file_;

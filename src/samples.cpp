@@ -16,11 +16,6 @@
 namespace clerestory {
 namespace {
 
-using Floats = Buffer<cl_float>;
-using Uints = Buffer<cl_uint>;
-
-cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
-
 /// 2^64 / count, rounded down; 2^64 - 1 for a count of one.
 cl_ulong step_of(std::size_t count) {
     constexpr cl_ulong LAST = ~cl_ulong{0};

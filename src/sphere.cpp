@@ -19,16 +19,11 @@
 namespace clerestory {
 namespace {
 
-using Floats = Buffer<cl_float>;
-using Uints = Buffer<cl_uint>;
-
 // Samples of a batch: 36 MB of records, which bounds the memory of any count.
 constexpr std::size_t BATCH = std::size_t{1} << 20;
 
 constexpr std::size_t PIXELS_WIDE_ON_CPU = 16;
 constexpr std::size_t REGISTERS = 4;
-
-cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
 
 /// 1 / (pi N), what each of N samples counts in the radiance of a white surface.
 float sample_share(std::size_t count) {

@@ -14,11 +14,6 @@
 namespace clerestory {
 namespace {
 
-using Floats = Buffer<cl_float>;
-using Uints = Buffer<cl_uint>;
-
-cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
-
 /// The kernels of table_arithmetic.cl for one type of sums, and what they work on.
 template <class Real>
 class RealTables {

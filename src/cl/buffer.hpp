@@ -112,4 +112,7 @@ class Buffer {
     cl::Buffer buffer_;
 };
 
+using Floats = Buffer<cl_float>;
+using Uints = Buffer<cl_uint>;
+
 }  // namespace clerestory

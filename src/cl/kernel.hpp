@@ -14,6 +14,9 @@
 
 namespace clerestory {
 
+/// A count as a kernel takes it; sizes are held below 2^32 before.
+inline cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
+
 /// The OpenCL C name of a C++ argument type; specialise it for a struct of shared_types.h.
 template <class T>
 struct KernelType;

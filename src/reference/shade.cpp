@@ -25,8 +25,10 @@ std::vector<SpherePixel> sphere_pixels(std::size_t size) {
     std::vector<SpherePixel> pixels;
     const auto s = static_cast<long double>(size);
     for (std::size_t index = 0; index < size * size; ++index) {
-        const long double x = (2 * static_cast<long double>(index % size) + 1) / s - 1;
-        const long double y = 1 - (2 * static_cast<long double>(index / size) + 1) / s;
+        const std::size_t column = index % size;
+        const std::size_t row = index / size;
+        const long double x = (2 * static_cast<long double>(column) + 1) / s - 1;
+        const long double y = 1 - (2 * static_cast<long double>(row) + 1) / s;
         if (x * x + y * y < 1) pixels.push_back({index, {x, y, std::sqrt(1 - x * x - y * y)}});
     }
     return pixels;

@@ -1,4 +1,5 @@
 #include "reproduce/laboratory.hpp"
+#include "reproduce/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,12 +24,6 @@ std::vector<std::size_t> sides_for(std::size_t size) {
     std::vector<std::size_t> sides = {1};
     while (2 * sides.back() <= std::min(LARGEST_BLOCK, size / BLOCKS_ACROSS)) sides.push_back(2 * sides.back());
     return sides;
-}
-
-double root_mean_square(const std::vector<float>& values) {
-    double squares = 0;
-    for (const float value : values) squares += static_cast<double>(value) * static_cast<double>(value);
-    return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
 }
 
 /// Means over squares of 2 x 2.

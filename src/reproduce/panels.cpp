@@ -62,7 +62,7 @@ std::string panel_png(const Panel& panel, double limit) {
     return {png.begin(), png.end()};
 }
 
-std::string percent(double value) { return fmt::format("{}%", std::round(value * 1e6) / 1e4); }
+std::string percent_label(double value) { return fmt::format("{}%", std::round(value * 1e6) / 1e4); }
 
 std::string text_at(double x, double y, std::string_view anchor, std::string_view kind, const std::string& text) {
     return fmt::format("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", kind, x, y,
@@ -95,7 +95,7 @@ std::string scale_bar(const PanelSheet& sheet, ColourMap map, double left, doubl
         const double x = left + share * (right - left);
         const std::string sign = part > 0 && diverging ? "+" : part < 0 ? "−" : "";
         out += fmt::format("<path class=\"tick\" d=\"M{0:.1f} {1:.1f}v5\"/>\n", x, top + BAR_HEIGHT);
-        out += text_at(x, top + BAR_HEIGHT + 19, "middle", "small", sign + percent(std::abs(part) * sheet.limit));
+        out += text_at(x, top + BAR_HEIGHT + 19, "middle", "small", sign + percent_label(std::abs(part) * sheet.limit));
     }
     return out;
 }
@@ -142,8 +142,10 @@ std::string panels_svg(const PanelSheet& sheet) {
     for (std::size_t i = 0; i < sheet.panels.size(); ++i) {
         const Panel& panel = sheet.panels[i];
         maps.insert(panel.map);
-        const double x = MARGIN + static_cast<double>(i % sheet.columns) * (side + GAP);
-        const double y = TITLE_HEIGHT + static_cast<double>(i / sheet.columns) * (side + PANEL_TEXT);
+        const std::size_t column = i % sheet.columns;
+        const std::size_t row = i / sheet.columns;
+        const double x = MARGIN + static_cast<double>(column) * (side + GAP);
+        const double y = TITLE_HEIGHT + static_cast<double>(row) * (side + PANEL_TEXT);
         body += fmt::format("<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" href=\"{}\"/>\n", x, y,
                             side, side, png_uri(panel_png(panel, sheet.limit)));
         body += text_at(x + side / 2, y + side + 17, "middle", "name", panel.title);

@@ -5,6 +5,17 @@
 
 namespace clerestory {
 
+namespace {
+
+template <class Real>
+double root_mean_square_of(std::span<const Real> values) {
+    double squares = 0;
+    for (const Real value : values) squares += static_cast<double>(value) * static_cast<double>(value);
+    return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+}  // namespace
+
 Spread spread_of(std::span<const double> values) {
     Spread spread;
     if (values.empty()) return spread;
@@ -18,11 +29,8 @@ Spread spread_of(std::span<const double> values) {
     return spread;
 }
 
-double root_mean_square(std::span<const double> values) {
-    double squares = 0;
-    for (const double value : values) squares += value * value;
-    return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
-}
+double root_mean_square(std::span<const double> values) { return root_mean_square_of(values); }
+double root_mean_square(std::span<const float> values) { return root_mean_square_of(values); }
 
 double student_95(std::size_t degrees_of_freedom) {
     constexpr double Z = 1.959963984540054;  // the normal distribution's
@@ -70,7 +78,7 @@ PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y) {
 double quantile(std::vector<double> values, double share) {
     if (values.empty()) return 0;
     const auto last = static_cast<double>(values.size() - 1);
-    const auto at = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * last + 0.5);
+    const auto at = static_cast<std::size_t>(std::lround(std::clamp(share, 0.0, 1.0) * last));
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
     return values[at];
 }

@@ -25,6 +25,7 @@ struct PowerLaw {
 PowerLaw fit_power_law(std::span<const double> x, std::span<const double> y);
 
 double root_mean_square(std::span<const double> values);
+double root_mean_square(std::span<const float> values);
 
 /// The value that Student's t stays below in size with probability 95 %.
 /// Error: below 0.5 % from 3 degrees of freedom on. Source: Abramowitz and Stegun, 26.7.5.

@@ -186,8 +186,8 @@ std::vector<RenderOptions> study_grid(const RenderOptions& base) {
             }
         }
     };
-    for (const std::size_t degree : {2, 4, 8, 12, 20, 30, 40}) {
-        for (const std::size_t lights : {0, 64, 256, 1024, 4096}) {
+    for (const std::size_t degree : {2U, 4U, 8U, 12U, 20U, 30U, 40U}) {
+        for (const std::size_t lights : {0U, 64U, 256U, 1024U, 4096U}) {
             RenderOptions m = base;
             m.estimator = Estimator::harmonic;
             m.sampling.control_degree = 0;
