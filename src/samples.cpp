@@ -16,6 +16,9 @@
 namespace clerestory {
 namespace {
 
+// As in kernels/stage3_sample.cl.
+constexpr std::size_t DRAW_BLOCK = 256;
+
 /// 2^64 / count, rounded down; 2^64 - 1 for a count of one.
 cl_ulong step_of(std::size_t count) {
     constexpr cl_ulong LAST = ~cl_ulong{0};
@@ -74,9 +77,10 @@ struct Sampler::State {
     const Distribution& distribution;
     SamplingOptions options;
     Program program{device, "stage3_sample.cl", draw_defines(distribution, options)};
+    bool by_blocks = device.info().is_cpu && options.guided;
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
            cl_uint, cl_uint, cl_uint, Strata, cl_uint, cl_uint, Uints, Floats, Floats, Floats>
-        draw_samples{device, program, "draw_samples"};
+        draw_samples{device, program, by_blocks ? "draw_blocks" : "draw_samples"};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Uints, cl_uint, Uints, Floats> locate_points{
         device, program, "locate_points"};
     std::optional<HarmonicLight> control;
@@ -121,7 +125,8 @@ SampleSet Sampler::draw(std::size_t count, std::size_t first, std::size_t total)
 void Sampler::draw_into(SampleSet& set, std::size_t first, std::size_t total) {
     State& s = *state_;
     const Distribution& d = s.distribution;
-    const Range range{(set.count + 1) / 2, s.device.work_group(256)};
+    const Range range = s.by_blocks ? Range{(set.count + DRAW_BLOCK - 1) / DRAW_BLOCK, s.device.work_group(1)}
+                                    : Range{(set.count + 1) / 2, s.device.work_group(256)};
     s.draw_samples(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
                    d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
                    static_cast<float>(1.0 / static_cast<double>(d.width)), rotation_turns(s.options.rotate_y_deg),

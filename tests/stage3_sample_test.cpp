@@ -88,7 +88,8 @@ TEST_F(Stage3Sample, EveryEndOfEveryTableDrawsWhatALinearSearchDraws) {
     EXPECT_LE(worst, WITHIN_TOLERANCE);
 }
 
-TEST_F(Stage3Sample, GuidedAndPlainSearchesDrawTheSameTexels) {
+/// On a CPU the guided draws are those of blocks of samples (draw_blocks), the plain ones are drawn each by itself.
+TEST_F(Stage3Sample, GuidedAndPlainSearchesDrawTheSameSamples) {
     SamplingOptions plain;
     plain.guided = false;
     const auto maps = {random_map(257, 89, 7), random_map(1, 37, 7), sun_map(8192, 2, 0, 16, 1e9F, 0.05F, true),
@@ -105,7 +106,12 @@ TEST_F(Stage3Sample, GuidedAndPlainSearchesDrawTheSameTexels) {
         const std::vector<cl_uint> points = points_at_ends(guided.tables());
         EXPECT_EQ(guided.sampler.locate(points).texel, searched.sampler.locate(points).texel);
         constexpr std::size_t COUNT = 100001;
-        EXPECT_EQ(guided.sampler.draw(COUNT).texel.download(), searched.sampler.draw(COUNT).texel.download());
+        const SampleSet in_blocks = guided.sampler.draw(COUNT);
+        const SampleSet one_by_one = searched.sampler.draw(COUNT);
+        EXPECT_EQ(in_blocks.texel.download(), one_by_one.texel.download());
+        EXPECT_EQ(in_blocks.direction.download(), one_by_one.direction.download());
+        EXPECT_EQ(in_blocks.pdf.download(), one_by_one.pdf.download());
+        EXPECT_EQ(in_blocks.radiance.download(), one_by_one.radiance.download());
     }
 }
 

@@ -113,7 +113,8 @@ std::vector<DeviceInfo> list_devices() {
     return infos;
 }
 
-Device::Device(const DeviceOptions& options) : work_group_(options.work_group), program_cache_(options.program_cache) {
+Device::Device(const DeviceOptions& options)
+    : work_group_(options.work_group), program_cache_(options.program_cache), kernel_log_(options.kernel_log) {
     try {
         std::tie(device_, info_) = choose(options.selector);
         if (!info_.has_compiler) {

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "cl/kernel_log.hpp"
 #include "cl/program_cache.hpp"
 
 namespace clerestory {
@@ -16,7 +18,8 @@ struct DeviceOptions {
     std::string selector;        ///< "P:D", platform and device by number; empty: the first CPU, else the first device
     unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
     std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
-    std::filesystem::path program_cache = {};  ///< folder that keeps built programs; empty: none
+    std::filesystem::path program_cache = {};    ///< folder that keeps built programs; empty: none
+    std::shared_ptr<KernelLog> kernel_log = {};  ///< takes every launch; empty: nothing does
 };
 
 /// What a device is and can do.
@@ -53,6 +56,7 @@ class Device {
     [[nodiscard]] std::size_t work_group(std::size_t preferred) const noexcept;
 
     [[nodiscard]] const ProgramCache& program_cache() const noexcept { return program_cache_; }
+    [[nodiscard]] const std::shared_ptr<KernelLog>& kernel_log() const noexcept { return kernel_log_; }
 
     void finish() const;
 
@@ -63,6 +67,7 @@ class Device {
     DeviceInfo info_;
     std::size_t work_group_ = 0;
     ProgramCache program_cache_;
+    std::shared_ptr<KernelLog> kernel_log_;
 };
 
 }  // namespace clerestory

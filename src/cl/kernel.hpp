@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <type_traits>
 
@@ -78,7 +79,10 @@ template <class... Args>
 class Kernel {
   public:
     Kernel(const Device& device, const Program& program, const char* name)
-        : queue_(device.queue()), label_(fmt::format("kernel {} of kernels/{}", name, program.file())) {
+        : queue_(device.queue()),
+          name_(name),
+          label_(fmt::format("kernel {} of kernels/{}", name, program.file())),
+          log_(device.kernel_log()) {
         guarded([&] { kernel_ = cl::Kernel(program.handle(), name); });
         const std::array<std::string, sizeof...(Args)> names = {detail::Argument<Args>::name()...};
         detail::check_arguments(kernel_, label_, names.data(), names.size());
@@ -94,6 +98,7 @@ class Kernel {
             queue_.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(range.padded()), cl::NDRange(range.group),
                                         nullptr, &event);
         });
+        if (log_) log_->push_back({name_, event});
         return event;
     }
 
@@ -108,7 +113,9 @@ class Kernel {
     }
 
     cl::CommandQueue queue_;
+    const char* name_;
     std::string label_;
+    std::shared_ptr<KernelLog> log_;
     cl::Kernel kernel_;
 };
 
