@@ -89,6 +89,11 @@ using Header = std::map<std::string, HeaderValue>;
 void write_exr(const std::filesystem::path& file, std::size_t width, std::size_t height, const float* rgba,
                const Header& header);
 
+/// The same with channels of any names, 32-bit floats.
+///   pixels [channels * height * width]  interleaved in the order of `channels`
+void write_exr_channels(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                        const std::vector<std::string>& channels, const float* pixels, const Header& header);
+
 /// The attributes of an EXR file that write_exr can write (text and numbers). Throws InputError.
 Header read_exr_header(const std::filesystem::path& file);
 

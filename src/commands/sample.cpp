@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "atomic_file.hpp"
 #include "clock.hpp"
@@ -11,6 +12,7 @@
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
+#include "light_list.hpp"
 #include "sample_report.hpp"
 
 namespace clerestory::commands {
@@ -21,8 +23,39 @@ struct SampleOptions {
     MapOptions map;
     ToneOptions tone;
     DrawOptions draw{.counts = {64, 256, 1024}};
+    std::vector<std::string> lights;  ///< formats of the light list; none: no list
     std::string folder = ".";
 };
+
+/// Everything that decides a set of samples.
+nlohmann::json describe_samples(const SampleOptions& options, const Scene& scene) {
+    return {{"map", describe_map(options.map, scene.map())},
+            {"seed", options.common.seed},
+            {"sequence", options.draw.sequence},
+            {"texel", options.draw.texel}};
+}
+
+/// The samples as lights for other renderers, in each format asked for; returns the files' names by format.
+nlohmann::json write_lights(const SampleOptions& options, const Scene& scene, const std::filesystem::path& stem,
+                            const std::vector<SampleRecord>& records) {
+    nlohmann::json files = nlohmann::json::object();
+    if (options.lights.empty()) return files;
+    const auto lights = light_list(records, options.map.scale);
+    nlohmann::json facts = describe_samples(options, scene);
+    facts.update(facts["map"]);  // EXR attributes have no nesting
+    facts.erase("map");
+    for (const std::string& format : options.lights) {
+        const std::string file = stem.string() + "." + format;
+        if (format == "json") {
+            write_text(file, lights_json(lights, facts));
+        } else {
+            write_lights_exr(file, lights, facts);
+        }
+        files[format] = file;
+        say(options.common, fmt::format("{}: {} lights", file, lights.size()));
+    }
+    return files;
+}
 
 nlohmann::json write_set(const SampleOptions& options, const Scene& scene, Sampler& sampler, Display& display,
                          std::size_t count) {
@@ -37,7 +70,12 @@ nlohmann::json write_set(const SampleOptions& options, const Scene& scene, Sampl
     const auto preview = display.marked_preview(scene.map(), options.map.scale, options.tone, set.texel);
     write_png(png, scene.map().width, scene.map().height, 4, reinterpret_cast<const unsigned char*>(preview.data()));
     say(options.common, fmt::format("{}: {} samples marked; {}", png, count, csv));
-    return {{"samples", count}, {"csv", csv}, {"png", png}, {"seconds", seconds}};
+    const auto lights = std::filesystem::path(options.folder) / fmt::format("lights_{}", count);
+    return {{"samples", count},
+            {"csv", csv},
+            {"png", png},
+            {"lights", write_lights(options, scene, lights, records)},
+            {"seconds", seconds}};
 }
 
 void run(const SampleOptions& options) {
@@ -47,12 +85,9 @@ void run(const SampleOptions& options) {
     Sampler sampler(device, scene->device_map(), scene->distribution(),
                     sampling_of(options.draw, options.common, options.map.rotate_y));
     Display display(device);
-    nlohmann::json report = {{"map", describe_map(options.map, scene->map())},
-                             {"device", device.info().name},
-                             {"seed", options.common.seed},
-                             {"sequence", options.draw.sequence},
-                             {"texel", options.draw.texel},
-                             {"sets", nlohmann::json::array()}};
+    nlohmann::json report = describe_samples(options, *scene);
+    report["device"] = device.info().name;
+    report["sets"] = nlohmann::json::array();
     for (const std::size_t count : options.draw.counts) {
         report["sets"].push_back(write_set(options, *scene, sampler, display, count));
     }
@@ -67,10 +102,18 @@ void add_sample(CLI::App& app) {
     add_map_options(*command, options->map);
     add_draw_options(*command, options->draw);
     add_tone_options(*command, options->tone);
+    command
+        ->add_option("--lights", options->lights,
+                     "Write each set also as lights_N, directional lights for other renderers: json, exr or both")
+        ->delimiter(',')
+        ->type_name("FORMAT[,...]")
+        ->check(CLI::IsMember({"json", "exr"}));
     command->add_option("-o,--output", options->folder, "Folder for samples_N.png and samples_N.csv")
         ->type_name("DIR")
         ->capture_default_str();
-    add_common(*command, options->common, "  clerestory sample studio.exr -n 64,256,1024 -o marks");
+    add_common(*command, options->common,
+               "  clerestory sample studio.exr -n 64,256,1024 -o marks\n"
+               "  clerestory sample studio.exr -n 256 --lights json,exr -o lights");
     command->callback([options] { run(*options); });
 }
 
