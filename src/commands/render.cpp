@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "atomic_file.hpp"
 #include "clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
@@ -17,14 +18,12 @@
 #include "commands/sampling_options.hpp"
 #include "error.hpp"
 #include "picture_file.hpp"
+#include "scene_export.hpp"
 #include "study/workbench.hpp"
 #include "target.hpp"
 
 namespace clerestory::commands {
 namespace {
-
-// At this degree the error of 32 samples a pixel falls 30 to 50 times on photographed maps, for a twentieth more time.
-constexpr unsigned DEFAULT_CONTROL_DEGREE = 8;
 
 struct RenderCommand {
     Common common;
@@ -34,8 +33,9 @@ struct RenderCommand {
     RenderOptions render;
     std::string estimator = "shared";
     std::vector<std::string> outputs;
-    double target_error = 0;      ///< 0: the flags say how to light the sphere
-    nlohmann::json target_facts;  ///< how the target is reached; null without one
+    std::vector<std::string> exports;  ///< formats of scene files
+    double target_error = 0;           ///< 0: the flags say how to light the sphere
+    nlohmann::json target_facts;       ///< how the target is reached; null without one
 };
 
 /// The file for one count: {samples} is replaced; without it, and with several counts, _N goes before the suffix.
@@ -84,6 +84,30 @@ nlohmann::json parameters(const RenderCommand& command, const RenderOptions& opt
     return values;
 }
 
+/// Writes what other renderers need for the same picture, beside the first output; returns the files by format.
+nlohmann::json write_scenes(const RenderCommand& command, const RenderOptions& options) {
+    nlohmann::json files = nlohmann::json::object();
+    const std::filesystem::path first = command.outputs.empty() ? "sphere.exr" : command.outputs.front();
+    for (const std::string& name : command.exports) {
+        const SceneFormat format = scene_format_by_name(name);
+        const std::string pattern = std::filesystem::path(first).replace_extension(scene_suffix(format)).string();
+        const std::string file = output_name(pattern, options.samples, command.draw.counts.size() > 1);
+        ExportedScene scene;
+        scene.map = std::filesystem::absolute(map_file(command.map)).lexically_normal();
+        scene.flip_y = command.map.flip_y;
+        scene.rotate_y_deg = command.map.rotate_y;
+        scene.scale = options.scale;
+        scene.albedo = options.albedo;
+        scene.size = options.size;
+        scene.samples = options.samples;
+        scene.stem = std::filesystem::path(file).stem().string();
+        write_text(file, scene_text(format, scene));
+        files[name] = file;
+        say(command.common, file);
+    }
+    return files;
+}
+
 nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, const Scene& scene, const Device& device,
                           std::size_t count, const nlohmann::json& before) {
     RenderOptions options = command.render;
@@ -108,6 +132,7 @@ nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, cons
         result["outputs"].push_back(name);
         say(command.common, name);
     }
+    if (!command.exports.empty()) result["scenes"] = write_scenes(command, options);
     seconds["write"] = watch.lap();
     result["seconds"] = seconds;
     detail(command.common, seconds.dump());
@@ -166,18 +191,12 @@ void add_render(CLI::App& app) {
     constexpr double LARGEST_ALBEDO = 1e6;
     auto* command = app.add_subcommand("render", "Light a diffuse sphere with a map");
     auto options = std::make_shared<RenderCommand>();
-    options->render.sampling.control_degree = DEFAULT_CONTROL_DEGREE;
     add_map_options(*command, options->map);
     add_draw_options(*command, options->draw);
     command->add_option("--estimator", options->estimator, "How light is added up")
         ->check(CLI::IsMember(estimator_names()))
         ->capture_default_str();
-    command
-        ->add_option("--control-degree", options->render.sampling.control_degree,
-                     "Sample only what harmonics to this degree leave, which are known exactly; 0 samples everything")
-        ->check(CLI::Range(0, 20))
-        ->capture_default_str()
-        ->group("Samples");
+    add_control_degree(*command, options->render.sampling.control_degree);
     command->add_option("--degree", options->render.harmonic.degree, "Degree of --estimator harmonic")
         ->check(CLI::Range(std::size_t{0}, HarmonicOptions::MAX_DEGREE))
         ->capture_default_str();
@@ -206,6 +225,13 @@ void add_render(CLI::App& app) {
         ->add_option("-o,--output", options->outputs,
                      "File to write, .exr or .png; may repeat; {samples} in it becomes the number of samples")
         ->type_name("FILE");
+    command
+        ->add_option("--export", options->exports,
+                     "Write also the scene that gives this picture in pbrt-v4 (.pbrt) or Mitsuba 3 (.xml), named as "
+                     "the first output, with N samples a pixel")
+        ->delimiter(',')
+        ->type_name("RENDERER[,...]")
+        ->check(CLI::IsMember(scene_format_names()));
     add_common(*command, options->common,
                "  clerestory render studio.exr -n 1024 --estimator shared -o sphere.exr -o sphere.png\n"
                "  clerestory render studio.exr -n 8,16,32 --estimator per-pixel -o 'sphere_{samples}.png'\n"

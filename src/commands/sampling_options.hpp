@@ -21,6 +21,9 @@ struct DrawOptions {
 /// Adds -n, --sequence, --texel and --plain-search.
 void add_draw_options(CLI::App& command, DrawOptions& options);
 
+/// Adds --control-degree and sets its default.
+void add_control_degree(CLI::App& command, unsigned& degree);
+
 SamplingOptions sampling_of(const DrawOptions& options, const Common& common, double rotate_y);
 
 }  // namespace clerestory::commands
