@@ -95,4 +95,15 @@ Drawing run_gnuplot(const std::string& script) {
     return drawing;
 }
 
+std::string quoted(const std::string& text) {
+    std::string out = "'";
+    for (const char c : text) {
+        if (c == '\'')
+            out += "''";
+        else
+            out += c == '\n' || c == '\r' ? ' ' : c;
+    }
+    return out + "'";
+}
+
 }  // namespace clerestory::plot

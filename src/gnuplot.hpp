@@ -13,4 +13,7 @@ struct Drawing {
 /// Runs gnuplot without the user's own settings. Throws OutputError with its words where it is missing or fails.
 Drawing run_gnuplot(const std::string& script);
 
+/// A gnuplot string that means what it says: single quotes, one line.
+std::string quoted(const std::string& text);
+
 }  // namespace clerestory::plot

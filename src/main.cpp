@@ -18,6 +18,7 @@ void add_commands(CLI::App& app) {
     add_info(app);
     add_sample(app);
     add_render(app);
+    add_sheet(app);
     add_compare(app);
     add_study(app);
     add_reproduce(app);

@@ -22,18 +22,6 @@ constexpr unsigned PNG_SCALE = 2;
 /// Leads the line in which the script tells where the axes ended up.
 constexpr const char* GEOMETRY_TAG = "clerestory-geometry";
 
-/// A gnuplot string that means what it says: single quotes, one line.
-std::string quoted(const std::string& text) {
-    std::string out = "'";
-    for (const char c : text) {
-        if (c == '\'')
-            out += "''";
-        else
-            out += c == '\n' || c == '\r' ? ' ' : c;
-    }
-    return out + "'";
-}
-
 std::string titled(const Axis& axis) {
     return axis.unit.empty() ? axis.title : fmt::format("{} [{}]", axis.title, axis.unit);
 }

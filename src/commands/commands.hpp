@@ -9,6 +9,7 @@ void add_devices(CLI::App& app);
 void add_fresnel(CLI::App& app);
 void add_sample(CLI::App& app);
 void add_render(CLI::App& app);
+void add_sheet(CLI::App& app);
 void add_info(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_study(CLI::App& app);

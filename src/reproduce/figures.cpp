@@ -13,7 +13,6 @@
 #include "fresnel.hpp"
 #include "fresnel_report.hpp"
 #include "markup.hpp"
-#include "reproduce/statistics.hpp"
 #include "reproduce/turned_map.hpp"
 #include "sample_report.hpp"
 #include "samples.hpp"
@@ -38,12 +37,6 @@ constexpr const char* TURNED_FIGURE = "figure_07";
 
 // A page with wider pictures than this grows by megabytes for detail that a screen does not show.
 constexpr std::size_t PAGE_COLUMNS = 1536;
-
-// The preview shows the sphere's bright end (all but one value in 200) at 95 % of white.
-constexpr double BRIGHT_SHARE = 0.995;
-constexpr double BRIGHT_LEVEL = 0.95;
-
-double rounded_to_three_digits(double value) { return std::stod(fmt::format("{:.3g}", value)); }
 
 const char* bytes_of(const std::vector<cl_uint>& preview) { return reinterpret_cast<const char*>(preview.data()); }
 
@@ -117,10 +110,7 @@ Laboratory& Figures::laboratory() {
 ToneOptions Figures::tone() {
     if (!exposure_) {
         exposure_ = options_.exposure;
-        if (!exposure_) {
-            const double bright = gain() * quantile(laboratory().exact_values(), BRIGHT_SHARE);
-            exposure_ = rounded_to_three_digits(std::pow(BRIGHT_LEVEL, options_.gamma) / bright);
-        }
+        if (!exposure_) exposure_ = laboratory().bright_exposure(gain(), options_.gamma);
         report_["exposure"] = *exposure_;
         report_["exposure_chosen"] = !options_.exposure.has_value();
     }

@@ -1,6 +1,8 @@
 #include "reproduce/laboratory.hpp"
 #include "reproduce/statistics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +13,7 @@
 #include "clock.hpp"
 #include "error.hpp"
 #include "exact.hpp"
+#include "reproduce/statistics.hpp"
 
 namespace clerestory {
 namespace {
@@ -197,6 +200,13 @@ std::vector<double> Laboratory::exact_values() const {
         }
     }
     return values;
+}
+
+double Laboratory::bright_exposure(double gain, double gamma) const {
+    constexpr double BRIGHT_SHARE = 0.995;
+    constexpr double BRIGHT_LEVEL = 0.95;
+    const double bright = gain * quantile(exact_values(), BRIGHT_SHARE);
+    return std::stod(fmt::format("{:.3g}", std::pow(BRIGHT_LEVEL, gamma) / bright));
 }
 
 std::pair<ErrorPlanes, double> Laboratory::error_of(const StudySubject& subject, std::uint64_t seed) {

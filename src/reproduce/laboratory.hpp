@@ -70,6 +70,9 @@ class Laboratory {
     /// Values of the exact picture over pixels and channels, in the map's radiance.
     [[nodiscard]] std::vector<double> exact_values() const;
     [[nodiscard]] double exact_mean() const noexcept;
+    /// The exposure, to three digits, at which the exact picture's bright end (all but one value in 200) is at 95 % of
+    /// white in a preview of this gamma.
+    [[nodiscard]] double bright_exposure(double gain, double gamma) const;
 
     /// One picture's errors, and the seconds that its drawing and shading took.
     std::pair<ErrorPlanes, double> error_of(const StudySubject& subject, std::uint64_t seed);

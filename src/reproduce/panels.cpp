@@ -6,22 +6,16 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <span>
 #include <string_view>
 
+#include "colour_map.hpp"
 #include "image.hpp"
 #include "markup.hpp"
 #include "plot_theme.hpp"
-#include "reproduce/statistics.hpp"
 
 namespace clerestory {
 namespace {
-
-using Colour = std::array<double, 3>;
-
-// From -1 to 1 and from 0 to 1 in even steps, 8-bit sRGB.
-constexpr std::array<Colour, 5> DIVERGING = {
-    {{14, 54, 112}, {66, 142, 205}, {246, 246, 242}, {232, 140, 54}, {128, 52, 0}}};
-constexpr std::array<Colour, 3> SEQUENTIAL = {{{246, 246, 242}, {178, 130, 196}, {66, 18, 96}}};
 
 // Of the sheet, in the units of its viewBox; text is as high as in plots.
 constexpr double SHEET_WIDTH = 720;
@@ -32,37 +26,11 @@ constexpr double PANEL_TEXT = 46;
 constexpr double BAR_HEIGHT = 14;
 constexpr double BAR_BLOCK = 62;
 
-template <std::size_t N>
-Colour between(const std::array<Colour, N>& stops, double share) {
-    const double at = std::clamp(share, 0.0, 1.0) * (N - 1);
-    const auto low = std::min(static_cast<std::size_t>(at), N - 2);
-    const double part = at - static_cast<double>(low);
-    Colour colour{};
-    for (std::size_t c = 0; c < 3; ++c) colour[c] = (1 - part) * stops[low][c] + part * stops[low + 1][c];
-    return colour;
-}
-
-/// Place on the colour map, -1 .. 1 or 0 .. 1, of a value in parts of the limit.
-double strength(double value) { return std::copysign(std::sqrt(std::min(std::abs(value), 1.0)), value); }
-
-Colour colour_at(ColourMap map, double place) {
-    return map == ColourMap::diverging ? between(DIVERGING, (place + 1) / 2) : between(SEQUENTIAL, place);
-}
-
 std::string panel_png(const Panel& panel, double limit) {
-    std::vector<unsigned char> bytes(4 * panel.values.size(), 0);
-    for (std::size_t i = 0; i < panel.values.size(); ++i) {
-        const auto value = static_cast<double>(panel.values[i]);
-        if (std::isnan(value)) continue;
-        const Colour colour = colour_at(panel.map, strength(value / limit));
-        for (std::size_t c = 0; c < 3; ++c) bytes[4 * i + c] = static_cast<unsigned char>(std::lround(colour[c]));
-        bytes[4 * i + 3] = 255;
-    }
+    const auto bytes = coloured(panel.values, panel.map, limit);
     const auto png = png_bytes(panel.title, panel.size, panel.size, 4, bytes.data());
     return {png.begin(), png.end()};
 }
-
-std::string percent_label(double value) { return fmt::format("{}%", std::round(value * 1e6) / 1e4); }
 
 std::string text_at(double x, double y, std::string_view anchor, std::string_view kind, const std::string& text) {
     return fmt::format("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", kind, x, y,
@@ -77,7 +45,7 @@ std::string scale_bar(const PanelSheet& sheet, ColourMap map, double left, doubl
     std::string out = fmt::format("<linearGradient id=\"{}\">", id);
     for (int k = 0; k <= STOPS; ++k) {
         const double share = static_cast<double>(k) / STOPS;
-        const Colour c = colour_at(map, diverging ? 2 * share - 1 : share);
+        const auto c = colour_at(map, diverging ? 2 * share - 1 : share);
         out += fmt::format("<stop offset=\"{}\" stop-color=\"#{:02x}{:02x}{:02x}\"/>", share, std::lround(c[0]),
                            std::lround(c[1]), std::lround(c[2]));
     }
@@ -90,12 +58,12 @@ std::string scale_bar(const PanelSheet& sheet, ColourMap map, double left, doubl
     constexpr std::array<double, 5> PARTS = {-1, -0.25, 0, 0.25, 1};  // even steps of the root
     for (const double part : PARTS) {
         if (!diverging && part < 0) continue;
-        const double place = strength(part);
+        const double place = colour_place(part);
         const double share = diverging ? (place + 1) / 2 : place;
         const double x = left + share * (right - left);
         const std::string sign = part > 0 && diverging ? "+" : part < 0 ? "−" : "";
         out += fmt::format("<path class=\"tick\" d=\"M{0:.1f} {1:.1f}v5\"/>\n", x, top + BAR_HEIGHT);
-        out += text_at(x, top + BAR_HEIGHT + 19, "middle", "small", sign + percent_label(std::abs(part) * sheet.limit));
+        out += text_at(x, top + BAR_HEIGHT + 19, "middle", "small", sign + tick_percent(std::abs(part) * sheet.limit));
     }
     return out;
 }
@@ -116,20 +84,9 @@ std::string style(const std::string& name) {
 }  // namespace
 
 double round_limit(const std::vector<Panel>& panels) {
-    constexpr double SHARE = 0.995;
-    std::vector<double> sizes;
-    for (const auto& panel : panels) {
-        for (const float value : panel.values) {
-            if (std::isfinite(value)) sizes.push_back(std::abs(static_cast<double>(value)));
-        }
-    }
-    const double wanted = quantile(std::move(sizes), SHARE);
-    if (!(wanted > 0)) return 1;
-    const double power = std::pow(10, std::floor(std::log10(wanted)));
-    for (const double digit : {1.0, 2.0, 5.0}) {
-        if (digit * power >= wanted) return digit * power;
-    }
-    return 10 * power;
+    std::vector<std::span<const float>> pictures;
+    for (const auto& panel : panels) pictures.emplace_back(panel.values);
+    return round_limit(pictures);
 }
 
 std::string panels_svg(const PanelSheet& sheet) {
@@ -142,10 +99,8 @@ std::string panels_svg(const PanelSheet& sheet) {
     for (std::size_t i = 0; i < sheet.panels.size(); ++i) {
         const Panel& panel = sheet.panels[i];
         maps.insert(panel.map);
-        const std::size_t column = i % sheet.columns;
-        const std::size_t row = i / sheet.columns;
-        const double x = MARGIN + static_cast<double>(column) * (side + GAP);
-        const double y = TITLE_HEIGHT + static_cast<double>(row) * (side + PANEL_TEXT);
+        const double x = MARGIN + static_cast<double>(i % sheet.columns) * (side + GAP);
+        const double y = TITLE_HEIGHT + static_cast<double>(i / sheet.columns) * (side + PANEL_TEXT);
         body += fmt::format("<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" href=\"{}\"/>\n", x, y,
                             side, side, png_uri(panel_png(panel, sheet.limit)));
         body += text_at(x + side / 2, y + side + 17, "middle", "name", panel.title);

@@ -4,14 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace clerestory {
+#include "colour_map.hpp"
 
-/// How values become colours. Both maps hold for readers with any common colour blindness, and their middle or end is
-/// pale on light and dark ground alike.
-enum class ColourMap {
-    diverging,   ///< blue below 0, orange above
-    sequential,  ///< pale at 0, purple at the limit
-};
+namespace clerestory {
 
 /// Values of a square picture as colours. A colour's strength goes with the root of the value, so that a tenth of the
 /// limit still shows.
@@ -34,7 +29,7 @@ struct PanelSheet {
     std::string sequential_label = "spread";
 };
 
-/// A round limit (1, 2 or 5 times a power of ten) that only 1 of 200 values is above.
+/// As the function of this name for pictures.
 double round_limit(const std::vector<Panel>& panels);
 
 /// The sheet as SVG that starts with its <svg> element, a file and a part of an HTML page alike; pictures are inside.

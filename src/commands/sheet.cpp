@@ -1,0 +1,101 @@
+#include "sheet.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "clock.hpp"
+#include "commands/commands.hpp"
+#include "commands/common.hpp"
+#include "commands/map_options.hpp"
+#include "commands/sampling_options.hpp"
+#include "error.hpp"
+
+namespace clerestory::commands {
+namespace {
+
+struct SheetCommand {
+    Common common;
+    MapOptions map;
+    DrawOptions draw{.counts = {64, 256, 1024}};
+    SheetOptions sheet;
+    std::string estimator = "shared";
+    std::string file = "sheet.png";
+};
+
+void run(const SheetCommand& command) {
+    if (std::filesystem::path(command.file).extension() != ".png") {
+        throw UsageError(fmt::format("{}: a contact sheet ends in .png", command.file));
+    }
+    const Stopwatch total;
+    const Device device(command.common.device);
+    TableBuilder builder(device);
+    const auto scene = make_scene(device, builder, read_map_of(command.map), command.map, command.common);
+    SheetOptions options = command.sheet;
+    options.counts = command.draw.counts;
+    if (options.title.empty()) options.title = map_file(command.map).filename().string();
+    options.render.estimator = estimator_by_name(command.estimator);
+    options.render.scale = command.map.scale;
+    const unsigned control_degree = options.render.sampling.control_degree;
+    options.render.sampling = sampling_of(command.draw, command.common, command.map.rotate_y);
+    options.render.sampling.control_degree = control_degree;
+    Progress progress(command.common, "sheet");
+    const Sheet sheet =
+        make_sheet(device, *scene, options, [&](double done, double whole) { progress.update(done, whole); });
+    write_png(command.file, sheet.canvas.width(), sheet.canvas.height(), 3, sheet.canvas.rgb().data());
+    say(command.common, command.file);
+    nlohmann::json report = sheet.report;
+    report["map"] = describe_map(command.map, scene->map());
+    report["estimator"] = command.estimator;
+    report["sequence"] = command.draw.sequence;
+    report["control_degree"] = control_degree;
+    report["seed"] = command.common.seed;
+    report["device"] = device.info().name;
+    report["output"] = command.file;
+    report["seconds"] = total.seconds();
+    emit_json(command.common, report);
+}
+
+}  // namespace
+
+void add_sheet(CLI::App& app) {
+    constexpr std::size_t SMALLEST_PANEL = 128;
+    constexpr std::size_t LARGEST_PANEL = 2048;
+    constexpr double LARGEST_EXPOSURE = 1e30;
+    constexpr double LARGEST_GAMMA = 100;
+    auto* command = app.add_subcommand(
+        "sheet", "Put map, samples, spheres and their errors side by side in one picture, a row a number of samples");
+    auto options = std::make_shared<SheetCommand>();
+    add_map_options(*command, options->map);
+    add_draw_options(*command, options->draw);
+    add_control_degree(*command, options->sheet.render.sampling.control_degree);
+    command->add_option("--estimator", options->estimator, "How light is added up")
+        ->check(CLI::IsMember({"shared", "per-pixel"}))
+        ->capture_default_str();
+    command->add_option("--title", options->sheet.title, "Title of the sheet; without it the map's file name")
+        ->type_name("TEXT");
+    command->add_option("--panel", options->sheet.panel, "Pixels of a sphere's side; a map is up to twice as wide")
+        ->check(CLI::Range(SMALLEST_PANEL, LARGEST_PANEL))
+        ->capture_default_str();
+    command
+        ->add_option("--exposure", options->sheet.exposure,
+                     "Multiply the pictures; without it, the exact sphere's bright end is nearly white")
+        ->type_name("X")
+        ->check(finite_between(1 / LARGEST_EXPOSURE, LARGEST_EXPOSURE))
+        ->group("Preview");
+    command->add_option("--gamma", options->sheet.gamma, "Gamma of the pictures")
+        ->type_name("X")
+        ->check(finite_between(1 / LARGEST_GAMMA, LARGEST_GAMMA))
+        ->capture_default_str()
+        ->group("Preview");
+    command->add_option("-o,--output", options->file, "The sheet, .png")->type_name("FILE")->capture_default_str();
+    add_common(*command, options->common,
+               "  clerestory sheet studio.exr -n 64,256,1024 -o sheet.png\n"
+               "  clerestory sheet studio.exr -n 8,32 --estimator per-pixel --control-degree 0 -o noise.png");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace clerestory::commands
