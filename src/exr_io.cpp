@@ -9,6 +9,7 @@
 #include <ImfMultiPartInputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <ImfTiledInputPart.h>
@@ -348,6 +349,13 @@ Header read_exr_header(const fs::path& file) {
         }
         return values;
     });
+}
+
+bool names_chromaticities(const fs::path& file) {
+    return is_exr(file) && guarded(file, [&] {
+               const Imf::MultiPartInputFile parts(file.c_str(), 0);
+               return Imf::hasChromaticities(parts.header(0));
+           });
 }
 
 }  // namespace clerestory

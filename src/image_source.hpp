@@ -62,4 +62,7 @@ std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& file, const R
 /// Opens any other image through OpenImageIO, whose module is loaded on the first call. Throws InputError.
 std::unique_ptr<ImageSource> open_oiio(const std::filesystem::path& file, const ReadOptions& options);
 
+/// The file is EXR and names chromaticities, by which other programs convert its colours. Throws InputError.
+bool names_chromaticities(const std::filesystem::path& file);
+
 }  // namespace clerestory

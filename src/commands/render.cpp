@@ -17,6 +17,7 @@
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
 #include "error.hpp"
+#include "image_source.hpp"
 #include "picture_file.hpp"
 #include "scene_export.hpp"
 #include "study/workbench.hpp"
@@ -87,6 +88,11 @@ nlohmann::json parameters(const RenderCommand& command, const RenderOptions& opt
 /// Writes what other renderers need for the same picture, beside the first output; returns the files by format.
 nlohmann::json write_scenes(const RenderCommand& command, const RenderOptions& options) {
     nlohmann::json files = nlohmann::json::object();
+    if (!command.exports.empty() && names_chromaticities(map_file(command.map))) {
+        warn(command.common, fmt::format("{}: names chromaticities, by which other renderers convert its colours and "
+                                         "this program does not; docs/interchange.md tells how to drop them",
+                                         map_file(command.map).string()));
+    }
     const std::filesystem::path first = command.outputs.empty() ? "sphere.exr" : command.outputs.front();
     for (const std::string& name : command.exports) {
         const SceneFormat format = scene_format_by_name(name);
