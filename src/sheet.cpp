@@ -18,20 +18,6 @@
 namespace clerestory {
 namespace {
 
-// Colours of the ground and of text: the plots' own ink on a paper a little darker than the error's zero, so that an
-// error of nothing still shows as a disc.
-constexpr Rgb GROUND = {229, 229, 224};
-constexpr Rgb INK = {36, 41, 47};
-constexpr Rgb PALE_INK = {87, 96, 106};
-
-// Pixels.
-constexpr std::size_t MARGIN = 28;
-constexpr std::size_t GAP = 20;
-constexpr std::size_t HEAD = 86;     ///< title and the line below
-constexpr std::size_t CAPTION = 30;  ///< above each row of pictures
-constexpr std::size_t BAR = 16;      ///< width of the error's scale
-constexpr std::size_t SUPERSAMPLING = 2;
-
 /// A picture that waits for its place.
 struct Piece {
     std::vector<unsigned char> rgba;
@@ -42,7 +28,7 @@ struct Piece {
     std::size_t top = 0;
 };
 
-std::vector<unsigned char> bytes_of(const std::vector<cl_uint>& preview) {
+std::vector<unsigned char> rgba_of(const std::vector<cl_uint>& preview) {
     const auto* bytes = reinterpret_cast<const unsigned char*>(preview.data());
     return {bytes, bytes + 4 * preview.size()};
 }
@@ -102,6 +88,20 @@ class SheetMaker {
     }
 
   private:
+    // Colours of the ground and of text: the plots' own ink on a paper a little darker than the error's zero, so that
+    // an error of nothing still shows as a disc.
+    static constexpr Rgb GROUND = {229, 229, 224};
+    static constexpr Rgb INK = {36, 41, 47};
+    static constexpr Rgb PALE_INK = {87, 96, 106};
+
+    // Pixels.
+    static constexpr std::size_t MARGIN = 28;
+    static constexpr std::size_t GAP = 20;
+    static constexpr std::size_t HEAD = 86;     ///< title and the line below
+    static constexpr std::size_t CAPTION = 30;  ///< above each row of pictures
+    static constexpr std::size_t BAR = 16;      ///< width of the error's scale
+    static constexpr std::size_t SUPERSAMPLING = 2;
+
     [[nodiscard]] std::size_t width() const { return 2 * MARGIN + 2 * GAP + 4 * options_.panel; }
     [[nodiscard]] std::size_t sphere_left() const { return MARGIN + 2 * options_.panel + GAP; }
     [[nodiscard]] std::size_t error_left() const { return sphere_left() + options_.panel + GAP; }
@@ -126,7 +126,7 @@ class SheetMaker {
     }
     void add_map(std::size_t row, const std::vector<cl_uint>& preview) {
         pieces_.push_back(
-            {bytes_of(preview), map_.width, map_.height, 1, MARGIN, row_top(row) + (options_.panel - map_.height) / 2});
+            {rgba_of(preview), map_.width, map_.height, 1, MARGIN, row_top(row) + (options_.panel - map_.height) / 2});
     }
     void add_square(std::size_t row, std::size_t left, std::vector<unsigned char> rgba) {
         pieces_.push_back({std::move(rgba), options_.panel, options_.panel, SUPERSAMPLING, left, row_top(row)});
@@ -151,7 +151,7 @@ class SheetMaker {
         add_caption(0, sphere_left(), "Exact");
         add_map(0, renderer_.display().preview(radiance, 3, tone));
         const auto exact = laboratory_.exact_picture(renderer_.display(), gain_);
-        add_square(0, sphere_left(), bytes_of(renderer_.display().preview(exact, 4, tone_)));
+        add_square(0, sphere_left(), rgba_of(renderer_.display().preview(exact, 4, tone_)));
     }
 
     /// Places of samples on the panel's map, by their directions.
@@ -178,7 +178,7 @@ class SheetMaker {
         const Buffer<cl_uint> marks(device_, "the marks", std::span<const cl_uint>(places));
         add_map(row, renderer_.display().marked_preview(map_, gain_, tone_, marks));
         const Rendered picture = renderer_.render(scene_, options);
-        add_square(row, sphere_left(), bytes_of(renderer_.display().preview(picture.rgba, 4, tone_)));
+        add_square(row, sphere_left(), rgba_of(renderer_.display().preview(picture.rgba, 4, tone_)));
         const ErrorPlanes errors = laboratory_.errors_of_picture(picture.rgba, gain_);
         const double rel_rmse = laboratory_.parts_of(errors).rel_rmse;
         errors_.push_back(laboratory_.as_picture(errors));
