@@ -23,17 +23,21 @@ struct Command {
     std::string line;  ///< with its comment
 };
 
-/// Lines of code blocks, indented by four or fenced, that start with the program's name.
+/// Lines of code blocks, indented by four or fenced, that start with the program's name; not of those that follow a
+/// comment that tells why they cannot run here.
 std::vector<Command> commands_of(const fs::path& document) {
     std::vector<Command> commands;
     std::istringstream text(read_file(document));
     bool fenced = false;
+    bool told_not_to = false;
     for (std::string line; std::getline(text, line);) {
+        const bool prose = !fenced && !line.empty() && !line.starts_with("    ") && !line.starts_with("```");
+        if (prose) told_not_to = line.starts_with("<!-- not run: ");
         if (line.starts_with("```")) fenced = !fenced;
         const bool indented = line.starts_with("    ");
         if (!fenced && !indented) continue;
         const std::string words = indented ? line.substr(4) : line;
-        if (words.starts_with("clerestory ")) commands.push_back({document.filename().string(), words});
+        if (!told_not_to && words.starts_with("clerestory ")) commands.push_back({document.filename().string(), words});
     }
     return commands;
 }
@@ -67,6 +71,12 @@ void write_stand_ins(const fs::path& folder) {
     }
 }
 
+/// A job file that the documents name.
+void write_job_file(const fs::path& folder) {
+    std::ofstream(folder / "turntable.toml") << "[[job]]\nmap = \"studio.exr\"\nsize = 17\nsamples = 16\n"
+                                                "rotate_y = [0, 180]\noutput = \"{map}_{rotation:03}.png\"\n";
+}
+
 /// What a line may end with: 0, and the code that its comment names ("exit code 1 where ...").
 std::vector<int> codes_allowed(const std::string& line) {
     std::vector<int> codes = {0};
@@ -78,6 +88,7 @@ std::vector<int> codes_allowed(const std::string& line) {
 TEST(Documents, EveryCommandRunsAsItIsWritten) {
     const TempFolder folder;
     write_stand_ins(folder.path());
+    write_job_file(folder.path());
     const std::string path = fs::path(CLERESTORY_PROGRAM).parent_path().string() + ":" + std::getenv("PATH");
     // Below this the documents were read wrongly, or not found.
     constexpr std::size_t FEWEST = 10;
