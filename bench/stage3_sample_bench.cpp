@@ -17,9 +17,9 @@ constexpr double SMALL_TARGET = 200e6;
 constexpr double LARGE_TARGET = 40e6;
 constexpr std::size_t SMALL_WIDTH = 1024;
 
-/// Loads from tables and map that one draw needs at least: a guide's pair and an end's pair of the row and of the
-/// column, a frame of four, a texel of three.
-constexpr double LOADS_A_DRAW = 15;
+/// Cache lines of tables and map that a draw needs at least: its row's guide, its row's ends, its texel. All else is
+/// small enough for a core's own cache.
+constexpr double LINES_A_DRAW = 3;
 
 /// The first draws are those of the reference.
 bool draws_right(const LitMap& lit, const SampleSet& set) {
@@ -61,7 +61,7 @@ void draw_samples(benchmark::State& state, Light light, std::size_t width, std::
     work.items = static_cast<double>(count);
     work.item = "sample";
     work.ceiling = Ceiling::gather;
-    work.amount = LOADS_A_DRAW * work.items;
+    work.amount = LINES_A_DRAW * work.items;
     work.table_bytes = lit.on_device.radiance.bytes() + lit.distribution.conditional.bytes();
     if (cores == all_cores()) work.target_rate = width == SMALL_WIDTH ? SMALL_TARGET : LARGE_TARGET;
     time_runs(state, work, draw);
