@@ -4,27 +4,21 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <system_error>
 
 #include "error.hpp"
-#include "program_folder.hpp"
+#include "own_folders.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::array<fs::path, 3> data_folders() {
-    const fs::path here = program_folder();
-    return {here / "../share/clerestory/data", here / "data", CLERESTORY_DATA_DIR};
-}
-
 }  // namespace
 
 fs::path bundled_map(std::string_view name) {
-    for (const fs::path& folder : data_folders()) {
-        fs::path file = (folder / fmt::format("{}.exr", name)).lexically_normal();
+    for (const fs::path& folder : own_folders("data")) {
+        fs::path file = folder / fmt::format("{}.exr", name);
         std::error_code error;
         if (fs::is_regular_file(file, error)) return file;
     }
@@ -36,7 +30,7 @@ fs::path bundled_map(std::string_view name) {
 
 std::vector<std::string> bundled_map_names() {
     std::vector<std::string> names;
-    for (const fs::path& folder : data_folders()) {
+    for (const fs::path& folder : own_folders("data")) {
         std::error_code error;
         for (const auto& entry : fs::directory_iterator(folder, error)) {
             if (entry.path().extension() == ".exr") names.push_back(entry.path().stem().string());

@@ -8,12 +8,10 @@
 #include <vector>
 
 #include "image.hpp"
+#include "options.hpp"
 #include "shared_types.h"
 
 namespace clerestory {
-
-/// How intensity is made of R, G and B.
-enum class Luminance { average, rec709 };
 
 /// Weights of R, G and B in the intensity.
 std::array<double, 3> luminance_weights(Luminance luminance);

@@ -8,19 +8,10 @@
 #include "cl/buffer.hpp"
 #include "cl/device.hpp"
 #include "distribution.hpp"
+#include "options.hpp"
 #include "sphere.hpp"
 
 namespace clerestory {
-
-/// The degree and the number of lights by which `harmonic` shades. The defaults leave at most 4e-4 of relative RMSE on
-/// the nine photographed maps that they were chosen by; degree 20 leaves 7e-4, and 256 lights leave 1.4e-3 on one.
-struct HarmonicOptions {
-    std::size_t degree = 30;    ///< 0 .. MAX_DEGREE
-    std::size_t lights = 1024;  ///< most texels that may become direct lights, 0 .. MAX_LIGHTS
-
-    static constexpr std::size_t MAX_DEGREE = 40;
-    static constexpr std::size_t MAX_LIGHTS = 4096;
-};
 
 /// A small piece of the sphere that shines on its own.
 struct DirectLight {

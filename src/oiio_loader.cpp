@@ -16,7 +16,7 @@
 #include "image.hpp"
 #include "image_source.hpp"
 #include "oiio_abi.hpp"
-#include "program_folder.hpp"
+#include "own_folders.hpp"
 
 namespace clerestory {
 namespace {
@@ -26,13 +26,11 @@ namespace fs = std::filesystem;
 constexpr const char* MODULE = "clerestory_oiio.so";
 
 fs::path find_module() {
-    const fs::path here = program_folder();
-    const std::array candidates = {here / MODULE, here / "../lib/clerestory" / MODULE};
-    for (const fs::path& candidate : candidates) {
+    for (const fs::path& folder : own_folders("modules")) {
         std::error_code error;
-        if (fs::exists(candidate, error)) return candidate;
+        if (fs::exists(folder / MODULE, error)) return folder / MODULE;
     }
-    return candidates[0];
+    return MODULE;
 }
 
 /// The module's functions. It stays loaded: OpenImageIO's own threads do not survive being unloaded.

@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "clock.hpp"
+#include "error.hpp"
 #include "exact.hpp"
+#include "harmonic.hpp"
 
 namespace clerestory {
 namespace {

@@ -19,6 +19,11 @@ namespace {
 // As in kernels/stage3_sample.cl.
 constexpr std::size_t DRAW_BLOCK = 256;
 
+// Kernels know sequences by these numbers.
+static_assert(static_cast<cl_uint>(Sequence::random) == SEQUENCE_RANDOM);
+static_assert(static_cast<cl_uint>(Sequence::stratified) == SEQUENCE_STRATIFIED);
+static_assert(static_cast<cl_uint>(Sequence::sobol) == SEQUENCE_SOBOL);
+
 /// 2^64 / count, rounded down; 2^64 - 1 for a count of one.
 cl_ulong step_of(std::size_t count) {
     constexpr cl_ulong LAST = ~cl_ulong{0};

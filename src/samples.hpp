@@ -10,40 +10,13 @@
 #include "cl/buffer.hpp"
 #include "cl/device.hpp"
 #include "distribution.hpp"
+#include "options.hpp"
 #include "shared_types.h"
 
 namespace clerestory {
 
 class HarmonicShader;
 struct HarmonicLight;
-
-/// Where points of a sample set come from.
-enum class Sequence : cl_uint {
-    random = SEQUENCE_RANDOM,          ///< Philox4x32-10
-    stratified = SEQUENCE_STRATIFIED,  ///< one jittered point in each of N cells of equal area, for any N
-    sobol = SEQUENCE_SOBOL,  ///< the first two dimensions of Sobol's sequence, Owen-scrambled; best where N is a power
-                             ///< of two
-};
-
-/// Every sequence's name at the command line, and a sequence by its name. Throws UsageError.
-std::vector<std::string> sequence_names();
-Sequence sequence_by_name(const std::string& name);
-
-/// Where in its texel a sample lies.
-enum class TexelPlace { jitter, centre };
-
-struct SamplingOptions {
-    Sequence sequence = Sequence::random;
-    TexelPlace place = TexelPlace::jitter;
-    std::uint64_t seed = 1;
-    double rotate_y_deg = 0;  ///< added to phi of every direction
-    bool guided = true;       ///< searches start from guide tables; the results are the same
-    /// Degree of the control variate when shading, 0 (none) .. MAX_CONTROL_DEGREE: the map's harmonic series to this
-    /// degree is added as it is, and samples answer only for the rest. Unbiased at every degree.
-    unsigned control_degree = 0;
-
-    static constexpr unsigned MAX_CONTROL_DEGREE = 20;
-};
 
 /// Samples on the device, an array a field.
 struct SampleSet {

@@ -7,14 +7,9 @@
 #include "distribution.hpp"
 #include "environment.hpp"
 #include "image.hpp"
+#include "options.hpp"
 
 namespace clerestory {
-
-/// What becomes of NaN, infinite and negative texels.
-enum class BadTexels {
-    refuse,  ///< InputError naming their number and the first place
-    zero,    ///< their texels become black
-};
 
 struct SceneOptions {
     TableOptions tables;

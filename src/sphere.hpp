@@ -8,6 +8,7 @@
 #include "cl/buffer.hpp"
 #include "cl/device.hpp"
 #include "distribution.hpp"
+#include "options.hpp"
 #include "samples.hpp"
 
 namespace clerestory {
@@ -69,12 +70,6 @@ class PerPixelShader {
   private:
     struct State;
     std::unique_ptr<State> state_;
-};
-
-/// 8-bit preview: round(255 clamp(exposure L, 0, 1)^(1/gamma)).
-struct ToneOptions {
-    double exposure = 1;
-    double gamma = 2.2;
 };
 
 /// Turns results into pictures.

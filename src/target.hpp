@@ -1,22 +1,11 @@
 #pragma once
 
-#include <cstddef>
-#include <string>
-#include <vector>
-
 #include "cl/device.hpp"
-#include "render.hpp"
+#include "engine.hpp"
+#include "options.hpp"
 #include "scene.hpp"
 
 namespace clerestory {
-
-/// A way to light the sphere that reaches an asked error, and what it was chosen over.
-struct TargetChoice {
-    RenderOptions method;      ///< what was asked for, with the chosen estimator, samples, degrees and lights
-    double reached_error = 0;  ///< relative RMSE of this very picture, measured on a small one (see choose_method)
-    std::string choice;        ///< as flags of `render`
-    std::string why;           ///< a sentence
-};
 
 /// Picks the fastest way to light the sphere whose relative RMSE is at most `target_error` on this map: harmonics and
 /// shared Sobol' samples with control variates of several degrees, or exact.

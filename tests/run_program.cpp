@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 namespace clerestory::test {
 namespace {
@@ -84,21 +85,25 @@ TempFolder::~TempFolder() {
     fs::remove_all(path_, ignored);
 }
 
-ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramSetting& setting) {
+ProgramResult run_command(std::vector<std::string> words, const ProgramSetting& setting) {
     // Files rather than pipes: a program that fills one stream while the other is read would never end.
     const TempFolder streams;
     const fs::path out = streams.path() / "out";
     const fs::path err = streams.path() / "err";
-    std::vector<std::string> words = {CLERESTORY_PROGRAM};
-    words.insert(words.end(), arguments.begin(), arguments.end());
     auto variables = environment_with(setting.environment);
     const FileActions actions(out, err, setting.folder);
     pid_t child = 0;
-    FileActions::check(posix_spawn(&child, CLERESTORY_PROGRAM, actions.get(), nullptr, pointers_to(words).data(),
-                                   pointers_to(variables).data()),
-                       std::string("starting ") + CLERESTORY_PROGRAM);
+    FileActions::check(posix_spawnp(&child, words.at(0).c_str(), actions.get(), nullptr, pointers_to(words).data(),
+                                    pointers_to(variables).data()),
+                       "starting " + words.at(0));
     const int exit_code = exit_code_of(child);
     return {exit_code, read_file(out), read_file(err)};
+}
+
+ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramSetting& setting) {
+    std::vector<std::string> words = {CLERESTORY_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return run_command(std::move(words), setting);
 }
 
 std::string read_file(const fs::path& file) {

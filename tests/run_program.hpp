@@ -17,8 +17,8 @@ struct ProgramResult {
 
 /// Where and how to run, beyond the arguments.
 struct ProgramSetting {
-    std::map<std::string, std::string> environment;  ///< variables set on top of the test's own
-    std::filesystem::path folder;                    ///< working folder; empty: the test's own
+    std::map<std::string, std::string> environment = {};  ///< variables set on top of the test's own
+    std::filesystem::path folder = {};                    ///< working folder; empty: the test's own
 };
 
 /// A new empty folder, removed with all that is in it at the end of its scope.
@@ -40,6 +40,9 @@ class TempFolder {
 /// Runs the program of this build with `arguments` and an empty stdin, and waits for its end. Throws
 /// std::runtime_error where it cannot be started.
 ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramSetting& setting = {});
+
+/// The same for any command line; the first word is looked for in PATH.
+ProgramResult run_command(std::vector<std::string> words, const ProgramSetting& setting = {});
 
 /// All bytes of a file. Throws std::runtime_error where it cannot be read.
 std::string read_file(const std::filesystem::path& file);

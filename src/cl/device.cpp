@@ -113,6 +113,8 @@ std::vector<DeviceInfo> list_devices() {
     return infos;
 }
 
+DeviceInfo chosen_device(const DeviceOptions& options) { return choose(options.selector).second; }
+
 Device::Device(const DeviceOptions& options)
     : work_group_(options.work_group), program_cache_(options.program_cache), kernel_log_(options.kernel_log) {
     try {

@@ -3,43 +3,13 @@
 #include <CL/opencl.hpp>
 
 #include <cstddef>
-#include <filesystem>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "cl/kernel_log.hpp"
 #include "cl/program_cache.hpp"
+#include "clerestory/device.hpp"
 
 namespace clerestory {
-
-/// Which device to open and how much of it to use.
-struct DeviceOptions {
-    std::string selector;        ///< "P:D", platform and device by number; empty: the first CPU, else the first device
-    unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
-    std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
-    std::filesystem::path program_cache = {};    ///< folder that keeps built programs; empty: none
-    std::shared_ptr<KernelLog> kernel_log = {};  ///< takes every launch; empty: nothing does
-};
-
-/// What a device is and can do.
-struct DeviceInfo {
-    std::string selector;  ///< "P:D"
-    std::string platform;
-    std::string name;
-    std::string version;  ///< the platform's version text, in which PoCL names its own
-    std::string driver;
-    bool is_cpu = false;
-    bool has_fp64 = false;
-    bool has_compiler = false;
-    unsigned compute_units = 0;
-    std::size_t max_work_group = 0;
-    std::size_t memory_bytes = 0;
-    std::size_t max_allocation_bytes = 0;
-};
-
-/// Every OpenCL device of this machine; empty where there is none.
-std::vector<DeviceInfo> list_devices();
 
 /// An open device: context, in-order queue, and the sizes of work-groups. Throws DeviceError, UsageError for a bad
 /// selector.

@@ -2,9 +2,12 @@
 
 #include <CLI/CLI.hpp>
 
-/// One function a command: adds it to the program's command line; its work is done when the line is parsed.
 namespace clerestory::commands {
 
+/// The whole command line: --version, --help and every command. Manual pages and completions are made from it too.
+void describe_program(CLI::App& app);
+
+/// One function a command: adds it to the program's command line; its work is done when the line is parsed.
 void add_devices(CLI::App& app);
 void add_fresnel(CLI::App& app);
 void add_sample(CLI::App& app);

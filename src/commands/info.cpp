@@ -4,13 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "error.hpp"
 #include "inspect.hpp"
-#include "table_arithmetic.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -57,16 +55,12 @@ void print(const MapFacts& facts, const nlohmann::json& report) {
 }
 
 /// Adds what only the tables of a usable map can tell.
-void add_table_facts(nlohmann::json& report, const Scene& scene, const Device& device, TableBuilder& builder,
-                     const InfoOptions& options) {
-    const Stopwatch watch;
-    builder.build(scene.device_map(), {.luminance = luminance_of(options.map)});
-    const double seconds = watch.seconds();  // of the second build: the first one compiled the kernels
-    const auto texels = static_cast<double>(scene.map().width * scene.map().height);
-    report["build_seconds"] = seconds;
-    report["build_first_seconds"] = scene.build_seconds();
-    report["undrawable_f32"] = undrawable_f32(device, scene.device_map(), luminance_of(options.map));
-    report["build_gb_per_second"] = texels * BYTES_PER_TEXEL / seconds / GIGA;
+void add_table_facts(nlohmann::json& report, const Environment& environment, const TableFacts& facts) {
+    const auto texels = static_cast<double>(environment.map().width * environment.map().height);
+    report["build_seconds"] = facts.build_seconds;
+    report["build_first_seconds"] = environment.build_seconds();
+    report["undrawable_f32"] = facts.undrawable_f32;
+    report["build_gb_per_second"] = texels * BYTES_PER_TEXEL / facts.build_seconds / GIGA;
 }
 
 nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, const MapFacts& facts) {
@@ -97,11 +91,10 @@ void run(const InfoOptions& options) {
     nlohmann::json report = map_report(options, map, facts);
     const bool usable = facts.bad() == 0 || options.map.bad_texels == "zero";
     if (usable) {
-        const Device device(options.common.device);
-        TableBuilder builder(device);
-        const auto scene = make_scene(device, builder, std::move(map), options.map, options.common);
-        report["device"] = device.info().name;
-        add_table_facts(report, *scene, device, builder, options);
+        Engine engine(options.common.device);
+        const Environment environment = make_environment(engine, std::move(map), options.map, options.common);
+        report["device"] = engine.device().name;
+        add_table_facts(report, environment, engine.measure_tables(environment));
     }
     if (options.common.json != "-") print(facts, report);
     emit_json(options.common, report);

@@ -16,6 +16,28 @@ namespace {
 constexpr double LARGEST_ROTATION_DEG = 1e6;
 constexpr double LARGEST_SCALE = 1e30;
 
+BadTexels bad_texels_of(const MapOptions& options) {
+    return options.bad_texels == "zero" ? BadTexels::zero : BadTexels::refuse;
+}
+
+/// What `make` gives; its complaints about the map name the file.
+template <class Make>
+auto with_file_named(const MapOptions& options, const Make& make) {
+    try {
+        return make();
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", map_file(options).string(), error.what()));
+    }
+}
+
+void warn_of_map(const MapOptions& options, const Common& common, std::size_t repaired, bool black) {
+    const std::string file = map_file(options).string();
+    if (repaired != 0) {
+        warn(common, fmt::format("{}: {} NaN, infinite or negative texels were blackened", file, repaired));
+    }
+    if (black) warn(common, fmt::format("{}: the map is black", file));
+}
+
 }  // namespace
 
 CLI::Validator finite_between(double low, double high) {
@@ -91,19 +113,20 @@ std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, R
                                   const MapOptions& options, const Common& common) {
     SceneOptions scene_options;
     scene_options.tables.luminance = luminance_of(options);
-    scene_options.bad_texels = options.bad_texels == "zero" ? BadTexels::zero : BadTexels::refuse;
-    const std::string file = map_file(options).string();
-    std::unique_ptr<Scene> scene;
-    try {
-        scene = std::make_unique<Scene>(device, builder, std::move(map), scene_options);
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", file, error.what()));
-    }
-    if (scene->repaired() != 0) {
-        warn(common, fmt::format("{}: {} NaN, infinite or negative texels were blackened", file, scene->repaired()));
-    }
-    if (scene->distribution().black()) warn(common, fmt::format("{}: the map is black", file));
+    scene_options.bad_texels = bad_texels_of(options);
+    auto scene = with_file_named(
+        options, [&] { return std::make_unique<Scene>(device, builder, std::move(map), scene_options); });
+    warn_of_map(options, common, scene->repaired(), scene->distribution().black());
     return scene;
+}
+
+Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common) {
+    Environment environment = with_file_named(options, [&] {
+        return engine.environment(std::move(map),
+                                  {.luminance = luminance_of(options), .bad_texels = bad_texels_of(options)});
+    });
+    warn_of_map(options, common, environment.repaired(), environment.black());
+    return environment;
 }
 
 nlohmann::json describe_map(const MapOptions& options, const RadianceMap& map) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "commands/common.hpp"
+#include "engine.hpp"
 #include "environment.hpp"
 #include "scene.hpp"
 #include "sphere.hpp"
@@ -42,6 +43,9 @@ RadianceMap read_map_of(const MapOptions& options);
 /// Builds the scene of a map that was read, with a warning where texels were repaired or none is lit.
 std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
                                   const MapOptions& options, const Common& common);
+
+/// The same behind the public interface.
+Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common);
 
 /// The map's part of a report: file, size, orientation.
 nlohmann::json describe_map(const MapOptions& options, const RadianceMap& map);

@@ -3,10 +3,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "clerestory/export.hpp"
+
 namespace clerestory {
 
 /// What went wrong, said for the person at the command line; `exit_code` is what the program ends with.
-class Error : public std::runtime_error {
+class CLERESTORY_API Error : public std::runtime_error {
   public:
     Error(int exit_code, const std::string& what) : std::runtime_error(what), exit_code_(exit_code) {}
     [[nodiscard]] int exit_code() const noexcept { return exit_code_; }
@@ -16,27 +18,27 @@ class Error : public std::runtime_error {
 };
 
 /// A comparison that failed, or some jobs of a batch.
-struct Mismatch : Error {
+struct CLERESTORY_API Mismatch : Error {
     explicit Mismatch(const std::string& what) : Error(1, what) {}
 };
 
 /// A flag or an argument that cannot be used.
-struct UsageError : Error {
+struct CLERESTORY_API UsageError : Error {
     explicit UsageError(const std::string& what) : Error(2, what) {}
 };
 
 /// A map, an image or a job file that cannot be used.
-struct InputError : Error {
+struct CLERESTORY_API InputError : Error {
     explicit InputError(const std::string& what) : Error(3, what) {}
 };
 
 /// An OpenCL device or kernel that failed, or memory that the device does not have.
-struct DeviceError : Error {
+struct CLERESTORY_API DeviceError : Error {
     explicit DeviceError(const std::string& what) : Error(4, what) {}
 };
 
 /// An output that could not be written.
-struct OutputError : Error {
+struct CLERESTORY_API OutputError : Error {
     explicit OutputError(const std::string& what) : Error(5, what) {}
 };
 

@@ -8,10 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "clerestory/export.hpp"
+
 namespace clerestory {
 
 /// Floats on a page boundary, so that a CPU device can use them where they lie. Not zeroed. Movable.
-class PageBuffer {
+class CLERESTORY_API PageBuffer {
   public:
     PageBuffer() = default;
     explicit PageBuffer(std::size_t count);
@@ -70,11 +72,11 @@ struct ReadOptions {
 /// alpha is ignored. A data window that does not start at 0 is moved there. Floats are taken as linear; integers as
 /// sRGB, or as encoded with the gamma that the file names. Negative values of a file whose compression rings (DWA) are
 /// its error, not radiance, and become 0; all other bad values are left as they are. Throws InputError.
-RadianceMap read_map(const std::filesystem::path& file, const ReadOptions& options);
+CLERESTORY_API RadianceMap read_map(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// Reads any image with its alpha, colour multiplied by it and linear as in read_map; no value is repaired. Throws
 /// InputError.
-Picture read_picture(const std::filesystem::path& file, const ReadOptions& options = {});
+CLERESTORY_API Picture read_picture(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// One header attribute of an EXR file: text, or a number.
 struct HeaderValue {
@@ -86,23 +88,24 @@ using Header = std::map<std::string, HeaderValue>;
 
 /// Writes float RGBA (`rgba` [4 * height * width], top row first) with `header` as attributes; whole or not at all.
 /// Throws OutputError.
-void write_exr(const std::filesystem::path& file, std::size_t width, std::size_t height, const float* rgba,
-               const Header& header);
+CLERESTORY_API void write_exr(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                              const float* rgba, const Header& header);
 
 /// The same with channels of any names, 32-bit floats.
 ///   pixels [channels * height * width]  interleaved in the order of `channels`
-void write_exr_channels(const std::filesystem::path& file, std::size_t width, std::size_t height,
-                        const std::vector<std::string>& channels, const float* pixels, const Header& header);
+CLERESTORY_API void write_exr_channels(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                                       const std::vector<std::string>& channels, const float* pixels,
+                                       const Header& header);
 
 /// The attributes of an EXR file that write_exr can write (text and numbers). Throws InputError.
-Header read_exr_header(const std::filesystem::path& file);
+CLERESTORY_API Header read_exr_header(const std::filesystem::path& file);
 
 /// 8-bit PNG of `channels` 3 or 4, as write_png writes it; `file` is only named in messages. Throws OutputError.
-std::vector<char> png_bytes(const std::filesystem::path& file, std::size_t width, std::size_t height,
-                            std::size_t channels, const unsigned char* pixels);
+CLERESTORY_API std::vector<char> png_bytes(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                                           std::size_t channels, const unsigned char* pixels);
 
 /// Writes 8-bit PNG of `channels` 3 or 4, sRGB-tagged by gamma only; whole or not at all. Throws OutputError.
-void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
-               const unsigned char* pixels);
+CLERESTORY_API void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height,
+                              std::size_t channels, const unsigned char* pixels);
 
 }  // namespace clerestory

@@ -2,7 +2,8 @@
 
 #include <cstddef>
 
-#include "image.hpp"
+#include "clerestory/export.hpp"
+#include "clerestory/image.hpp"
 
 namespace clerestory {
 
@@ -20,6 +21,6 @@ struct Comparison {
 
 /// Compares `a` with the reference `b`: over pixels with alpha in both; where a file has no alpha, over its unit disc.
 /// Throws InputError where the sizes differ, or no pixel is left, or a value is not finite.
-Comparison compare(const Picture& a, const Picture& b);
+CLERESTORY_API Comparison compare(const Picture& a, const Picture& b);
 
 }  // namespace clerestory

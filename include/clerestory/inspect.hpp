@@ -4,8 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "environment.hpp"
-#include "image.hpp"
+#include "clerestory/export.hpp"
+#include "clerestory/image.hpp"
+#include "clerestory/options.hpp"
 
 namespace clerestory {
 
@@ -18,7 +19,7 @@ struct TexelCount {
 
 /// What a map holds, counted and summed in double on the host. Each texel counts once: NaN before infinite before
 /// negative before zero; sums leave the first three out.
-struct MapFacts {
+struct CLERESTORY_API MapFacts {
     TexelCount nan;
     TexelCount inf;
     TexelCount negative;
@@ -34,6 +35,6 @@ struct MapFacts {
     [[nodiscard]] double stops() const;
 };
 
-MapFacts inspect(const RadianceMap& map, Luminance luminance);
+CLERESTORY_API MapFacts inspect(const RadianceMap& map, Luminance luminance = Luminance::average);
 
 }  // namespace clerestory

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clerestory/export.hpp"
+
+namespace clerestory {
+
+struct KernelRun;
+
+/// Which device to open and how much of it to use.
+struct DeviceOptions {
+    std::string selector;        ///< "P:D", platform and device by number; empty: the first CPU, else the first device
+    unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
+    std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
+    std::filesystem::path program_cache = {};  ///< folder that keeps built programs; empty: none
+    std::shared_ptr<std::vector<KernelRun>> kernel_log =
+        {};  ///< takes every launch, for benchmarks; empty: nothing does
+};
+
+/// What a device is and can do.
+struct DeviceInfo {
+    std::string selector;  ///< "P:D"
+    std::string platform;
+    std::string name;
+    std::string version;  ///< the platform's version text, in which PoCL names its own
+    std::string driver;
+    bool is_cpu = false;
+    bool has_fp64 = false;
+    bool has_compiler = false;
+    unsigned compute_units = 0;
+    std::size_t max_work_group = 0;
+    std::size_t memory_bytes = 0;
+    std::size_t max_allocation_bytes = 0;
+};
+
+/// Every OpenCL device of this machine; empty where there is none.
+CLERESTORY_API std::vector<DeviceInfo> list_devices();
+
+/// The device that these options choose, without opening it. Throws DeviceError where there is none, UsageError for a
+/// bad selector.
+CLERESTORY_API DeviceInfo chosen_device(const DeviceOptions& options = {});
+
+}  // namespace clerestory
