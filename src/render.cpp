@@ -54,6 +54,48 @@ struct Renderer::State {
     std::optional<HarmonicShader> harmonic;
     std::optional<SphereView> view;
 
+    /// What was made for a scene and a choice of options, and serves every rotation and seed.
+    template <class Made, class Options>
+    struct Kept {
+        std::weak_ptr<const void> scene;
+        Options options;
+        std::optional<Made> made;
+
+        bool serves(const Scene& wanted, const Options& by) const {
+            const auto kept = scene.lock();
+            return made && kept && kept == wanted.identity().lock() && options == by;
+        }
+        template <class... Args>
+        Made& remake(const Scene& wanted, const Options& by, Args&&... args) {
+            made.reset();
+            scene = wanted.identity();
+            options = by;
+            return made.emplace(std::forward<Args>(args)...);
+        }
+    };
+    Kept<Sampler, SamplingOptions> sampler;
+    Kept<PerPixelShader, SamplingOptions> per_pixel;
+    Kept<HarmonicLight, HarmonicOptions> light;
+
+    /// The options without what rotate() and reseed() change.
+    static SamplingOptions unturned(SamplingOptions options) {
+        options.rotate_y_deg = 0;
+        options.seed = 0;
+        return options;
+    }
+
+    /// What draws for the scene by the options, made only where the last one cannot serve.
+    template <class Made>
+    Made& drawing(Kept<Made, SamplingOptions>& kept, const Scene& scene, const SamplingOptions& options) {
+        const SamplingOptions by = unturned(options);
+        Made& made = kept.serves(scene, by)
+                         ? *kept.made
+                         : kept.remake(scene, by, device, scene.device_map(), scene.distribution(), options);
+        made.rotate(options.rotate_y_deg);
+        made.reseed(options.seed);
+        return made;
+    }
+
     const SphereView& view_of(std::size_t size) {
         if (!view || view->size != size) view.emplace(device, size);
         return *view;
@@ -63,9 +105,9 @@ struct Renderer::State {
                       Buffer<cl_float>& white, StageSeconds& seconds) {
         Stopwatch watch;
         if (!shared) shared.emplace(device);
-        Sampler sampler(device, scene.device_map(), scene.distribution(), options.sampling);
+        Sampler& drawn_from = drawing(sampler, scene, options.sampling);
         seconds.emplace_back("kernels", watch.lap());
-        shared->shade(sampler, scene.distribution(), pixels, options.samples, white);
+        shared->shade(drawn_from, scene.distribution(), pixels, options.samples, white);
         const double drawing = shared->drawing_seconds();
         seconds.emplace_back("draw", drawing);
         seconds.emplace_back("shade", watch.lap() - drawing);
@@ -74,7 +116,7 @@ struct Renderer::State {
     void shade_per_pixel(const Scene& scene, const RenderOptions& options, const SphereView& pixels,
                          Buffer<cl_float>& white, StageSeconds& seconds) {
         Stopwatch watch;
-        PerPixelShader shader(device, scene.device_map(), scene.distribution(), options.sampling);
+        PerPixelShader& shader = drawing(per_pixel, scene, options.sampling);
         seconds.emplace_back("kernels", watch.lap());
         shader.shade(pixels, options.samples, white);
         seconds.emplace_back("shade", watch.lap());
@@ -94,9 +136,12 @@ struct Renderer::State {
         Stopwatch watch;
         if (!harmonic) harmonic.emplace(device);
         seconds.emplace_back("kernels", watch.lap());
-        const HarmonicLight light = harmonic->project(scene.device_map(), scene.distribution(), options.harmonic);
+        if (!light.serves(scene, options.harmonic)) {
+            light.remake(scene, options.harmonic,
+                         harmonic->project(scene.device_map(), scene.distribution(), options.harmonic));
+        }
         seconds.emplace_back("project", watch.lap());
-        harmonic->shade(light, options.sampling.rotate_y_deg, pixels, white);
+        harmonic->shade(*light.made, options.sampling.rotate_y_deg, pixels, white);
         device.finish();
         seconds.emplace_back("shade", watch.lap());
     }

@@ -10,7 +10,8 @@
 
 namespace clerestory {
 
-/// Renders pictures on one device; kernels are compiled when first needed and kept.
+/// Renders pictures on one device; kernels are compiled when first needed and kept, and so is what the last scene's
+/// pictures share (samplers, harmonic series), whatever their rotations and seeds.
 class Renderer {
   public:
     explicit Renderer(const Device& device);

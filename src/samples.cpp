@@ -46,12 +46,33 @@ std::vector<std::string> sequence_names() {
     return names;
 }
 
+std::string sequence_name(Sequence sequence) {
+    for (const auto& [value, name] : SEQUENCES) {
+        if (value == sequence) return name;
+    }
+    return "unknown";
+}
+
 Sequence sequence_by_name(const std::string& wanted) {
     for (const auto& [value, name] : SEQUENCES) {
         if (name == wanted) return value;
     }
     throw UsageError(
         fmt::format("no sequence is named {}: choose one of {}", wanted, fmt::join(sequence_names(), ", ")));
+}
+
+std::vector<std::string> texel_place_names() {
+    return {texel_place_name(TexelPlace::jitter), texel_place_name(TexelPlace::centre)};
+}
+
+std::string texel_place_name(TexelPlace place) { return place == TexelPlace::centre ? "centre" : "jitter"; }
+
+TexelPlace texel_place_by_name(const std::string& wanted) {
+    for (const TexelPlace place : {TexelPlace::jitter, TexelPlace::centre}) {
+        if (texel_place_name(place) == wanted) return place;
+    }
+    throw UsageError(fmt::format("a sample lies in its texel by one of {}, not by {}",
+                                 fmt::join(texel_place_names(), ", "), wanted));
 }
 
 std::string draw_defines(const Distribution& distribution, const SamplingOptions& options) {
@@ -101,6 +122,7 @@ Sampler& Sampler::operator=(Sampler&&) noexcept = default;
 Sampler::~Sampler() = default;
 
 void Sampler::reseed(std::uint64_t seed) noexcept { state_->options.seed = seed; }
+void Sampler::rotate(double rotate_y_deg) noexcept { state_->options.rotate_y_deg = rotate_y_deg; }
 
 const SamplingOptions& Sampler::options() const noexcept { return state_->options; }
 

@@ -53,6 +53,8 @@ class Sampler {
     void draw_into(SampleSet& set, std::size_t first = 0, std::size_t total = 0);
     /// Draws another set from now on, as a new sampler of this seed would.
     void reseed(std::uint64_t seed) noexcept;
+    /// Turns the map from now on, as a new sampler of this rotation would; tables and harmonics serve every rotation.
+    void rotate(double rotate_y_deg) noexcept;
     /// Memory for `count` samples.
     [[nodiscard]] SampleSet allocate(std::size_t count) const;
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 
 #include "cl/device.hpp"
 #include "distribution.hpp"
@@ -29,10 +30,13 @@ class Scene {
     [[nodiscard]] const Distribution& distribution() const noexcept { return distribution_; }
     /// Texels that were blackened because they were NaN, infinite or negative.
     [[nodiscard]] std::size_t repaired() const noexcept { return repaired_; }
+    /// The same for one scene as long as it lives, and never that of another: what is kept of a scene is kept by it.
+    [[nodiscard]] std::weak_ptr<const void> identity() const noexcept { return identity_; }
     /// Seconds that the tables took.
     [[nodiscard]] double build_seconds() const noexcept { return build_seconds_; }
 
   private:
+    std::shared_ptr<const void> identity_ = std::make_shared<char>();
     RadianceMap map_;
     std::size_t repaired_ = 0;
     double build_seconds_ = 0;

@@ -192,6 +192,7 @@ PerPixelShader& PerPixelShader::operator=(PerPixelShader&&) noexcept = default;
 PerPixelShader::~PerPixelShader() = default;
 
 void PerPixelShader::reseed(std::uint64_t seed) noexcept { state_->options.seed = seed; }
+void PerPixelShader::rotate(double rotate_y_deg) noexcept { state_->options.rotate_y_deg = rotate_y_deg; }
 
 void PerPixelShader::shade(const SphereView& view, std::size_t count, Floats& white) {
     State& s = *state_;

@@ -66,6 +66,8 @@ class PerPixelShader {
     void shade(const SphereView& view, std::size_t count, Buffer<cl_float>& white);
     /// Draws other sets from now on, as a new shader of this seed would.
     void reseed(std::uint64_t seed) noexcept;
+    /// Turns the map from now on, as a new shader of this rotation would.
+    void rotate(double rotate_y_deg) noexcept;
 
   private:
     struct State;

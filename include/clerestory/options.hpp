@@ -32,12 +32,18 @@ enum class Sequence : std::uint32_t {
     sobol = 2,       ///< the first two dimensions of Sobol's sequence, Owen-scrambled; best where N is a power of two
 };
 
-/// Every sequence's name at the command line, and a sequence by its name. Throws UsageError.
+/// Every sequence's name at the command line, one's name, and one by its name. Throws UsageError.
 CLERESTORY_API std::vector<std::string> sequence_names();
+CLERESTORY_API std::string sequence_name(Sequence sequence);
 CLERESTORY_API Sequence sequence_by_name(const std::string& name);
 
 /// Where in its texel a sample lies.
 enum class TexelPlace { jitter, centre };
+
+/// Every place's name at the command line, one's name, and one by its name. Throws UsageError.
+CLERESTORY_API std::vector<std::string> texel_place_names();
+CLERESTORY_API std::string texel_place_name(TexelPlace place);
+CLERESTORY_API TexelPlace texel_place_by_name(const std::string& name);
 
 /// How samples are drawn.
 struct SamplingOptions {

@@ -3,22 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "bundled.hpp"
 #include "error.hpp"
+#include "picture_limits.hpp"
 
 namespace clerestory::commands {
 namespace {
-
-// A rotation of more turns than this loses the angle's own digits.
-constexpr double LARGEST_ROTATION_DEG = 1e6;
-constexpr double LARGEST_SCALE = 1e30;
-
-BadTexels bad_texels_of(const MapOptions& options) {
-    return options.bad_texels == "zero" ? BadTexels::zero : BadTexels::refuse;
-}
 
 /// What `make` gives; its complaints about the map name the file.
 template <class Make>
@@ -59,12 +50,12 @@ void add_map_options(CLI::App& command, MapOptions& options) {
     command.add_flag("--flip-y", options.flip_y, "The map's rows are stored bottom-up")->group(group);
     command.add_option("--rotate-y", options.rotate_y, "Turn the map about +y by DEGREES, added to phi")
         ->type_name("DEGREES")
-        ->check(finite_between(-LARGEST_ROTATION_DEG, LARGEST_ROTATION_DEG))
+        ->check(finite_between(-limits::LARGEST_ROTATION_DEG, limits::LARGEST_ROTATION_DEG))
         ->capture_default_str()
         ->group(group);
     command.add_option("--scale", options.scale, "Multiply the map's radiance")
         ->type_name("X")
-        ->check(finite_between(0, LARGEST_SCALE))
+        ->check(finite_between(0, limits::LARGEST_SCALE))
         ->capture_default_str()
         ->group(group);
     command.add_option("--luminance", options.luminance, "Intensity: (R + G + B) / 3, or by Rec. 709's weights")
@@ -80,64 +71,32 @@ void add_map_options(CLI::App& command, MapOptions& options) {
 }
 
 void add_tone_options(CLI::App& command, ToneOptions& tone) {
-    constexpr double LARGEST_EXPOSURE = 1e30;
-    constexpr double LARGEST_GAMMA = 100;
     const char* group = "Preview";
     command.add_option("--exposure", tone.exposure, "Multiply the 8-bit preview")
         ->type_name("X")
-        ->check(finite_between(0, LARGEST_EXPOSURE))
+        ->check(finite_between(0, limits::LARGEST_EXPOSURE))
         ->capture_default_str()
         ->group(group);
     command.add_option("--gamma", tone.gamma, "Gamma of the 8-bit preview")
         ->type_name("X")
-        ->check(finite_between(1 / LARGEST_GAMMA, LARGEST_GAMMA))
+        ->check(finite_between(1 / limits::LARGEST_GAMMA, limits::LARGEST_GAMMA))
         ->capture_default_str()
         ->group(group);
 }
 
-std::filesystem::path map_file(const MapOptions& options) {
-    return options.file.empty() ? bundled_map(DEFAULT_MAP) : std::filesystem::path(options.file);
-}
-
-Luminance luminance_of(const MapOptions& options) {
-    return options.luminance == "rec709" ? Luminance::rec709 : Luminance::average;
-}
-
-RadianceMap read_map_of(const MapOptions& options) {
-    ReadOptions read;
-    read.flip_y = options.flip_y;
-    return read_map(map_file(options), read);
-}
-
 std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
                                   const MapOptions& options, const Common& common) {
-    SceneOptions scene_options;
-    scene_options.tables.luminance = luminance_of(options);
-    scene_options.bad_texels = bad_texels_of(options);
     auto scene = with_file_named(
-        options, [&] { return std::make_unique<Scene>(device, builder, std::move(map), scene_options); });
+        options, [&] { return std::make_unique<Scene>(device, builder, std::move(map), scene_options_of(options)); });
     warn_of_map(options, common, scene->repaired(), scene->distribution().black());
     return scene;
 }
 
 Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common) {
-    Environment environment = with_file_named(options, [&] {
-        return engine.environment(std::move(map),
-                                  {.luminance = luminance_of(options), .bad_texels = bad_texels_of(options)});
-    });
+    Environment environment =
+        with_file_named(options, [&] { return engine.environment(std::move(map), environment_options_of(options)); });
     warn_of_map(options, common, environment.repaired(), environment.black());
     return environment;
-}
-
-nlohmann::json describe_map(const MapOptions& options, const RadianceMap& map) {
-    return {{"file", map_file(options).string()},
-            {"width", map.width},
-            {"height", map.height},
-            {"flip_y", options.flip_y},
-            {"rotate_y", options.rotate_y},
-            {"scale", options.scale},
-            {"luminance", options.luminance},
-            {"bad_texels", options.bad_texels}};
 }
 
 }  // namespace clerestory::commands

@@ -19,8 +19,9 @@
 #include "error.hpp"
 #include "image_source.hpp"
 #include "picture_file.hpp"
+#include "picture_limits.hpp"
+#include "picture_recipe.hpp"
 #include "scene_export.hpp"
-#include "study/workbench.hpp"
 #include "target.hpp"
 
 namespace clerestory::commands {
@@ -65,22 +66,7 @@ void check_outputs(const RenderCommand& command) {
 /// Every parameter of a picture, for its header and the report.
 nlohmann::json parameters(const RenderCommand& command, const RenderOptions& options, const Scene& scene,
                           const Device& device) {
-    nlohmann::json values = describe_map(command.map, scene.map());
-    values["estimator"] = estimator_name(options.estimator);
-    values["samples"] = options.samples;
-    values["sequence"] = command.draw.sequence;
-    values["texel"] = command.draw.texel;
-    values["seed"] = command.common.seed;
-    values["control_degree"] = options.sampling.control_degree;
-    if (options.estimator == Estimator::harmonic) {
-        values["degree"] = options.harmonic.degree;
-        values["lights"] = options.harmonic.lights;
-    }
-    values["size"] = options.size;
-    values["albedo"] = options.albedo;
-    values["device"] = device.info().name;
-    values["platform"] = device.info().version;
-    values["version"] = CLERESTORY_VERSION;
+    nlohmann::json values = describe_picture(command.map, options, scene.map(), device);
     if (command.target_facts.is_object()) values.update(command.target_facts);
     return values;
 }
@@ -193,8 +179,6 @@ void run(RenderCommand command) {
 }  // namespace
 
 void add_render(CLI::App& app) {
-    constexpr std::size_t LARGEST_SIDE = 16384;
-    constexpr double LARGEST_ALBEDO = 1e6;
     auto* command = app.add_subcommand("render", "Light a diffuse sphere with a map");
     auto options = std::make_shared<RenderCommand>();
     add_map_options(*command, options->map);
@@ -212,10 +196,10 @@ void add_render(CLI::App& app) {
         ->check(CLI::Range(std::size_t{0}, HarmonicOptions::MAX_LIGHTS))
         ->capture_default_str();
     command->add_option("--size", options->render.size, "Pixels of a side")
-        ->check(CLI::Range(std::size_t{1}, LARGEST_SIDE))
+        ->check(CLI::Range(std::size_t{1}, limits::LARGEST_SIDE))
         ->capture_default_str();
     command->add_option("--albedo", options->render.albedo, "Share of light that the sphere reflects")
-        ->check(finite_between(0, LARGEST_ALBEDO))
+        ->check(finite_between(0, limits::LARGEST_ALBEDO))
         ->capture_default_str();
     constexpr double SMALLEST_TARGET = 1e-9;
     auto* target = command

@@ -27,13 +27,6 @@ bool samples_light(Estimator estimator) { return estimator == Estimator::shared 
 
 }  // namespace
 
-std::string sequence_name(Sequence sequence) {
-    for (const auto& name : sequence_names()) {
-        if (sequence_by_name(name) == sequence) return name;
-    }
-    return "unknown";
-}
-
 std::string method_name(const RenderOptions& method) {
     std::string name = estimator_name(method.estimator);
     if (method.estimator == Estimator::harmonic) {

@@ -11,8 +11,6 @@
 
 namespace clerestory {
 
-/// A sequence's name at the command line.
-std::string sequence_name(Sequence sequence);
 /// A way to light the sphere in words, such as "shared sobol, N = 1024, L = 8".
 std::string method_name(const RenderOptions& method);
 /// The same as flags of `render`.
