@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -39,16 +41,20 @@ class Descriptor {
     }
     [[nodiscard]] int get() const noexcept { return fd_; }
     int close() { return ::close(std::exchange(fd_, -1)); }
+    int release() noexcept { return std::exchange(fd_, -1); }
 
   private:
     int fd_;
 };
 
+constexpr std::string_view TEMPORARY_LEAD = ".clerestory-";
+constexpr std::string_view TEMPORARY_MARK = ".part";
+
 /// A name that no other process, on this machine or another that shares the folder, is likely to hold.
 fs::path temporary_name(const fs::path& target) {
     std::random_device device;
-    return target.parent_path() /
-           fmt::format(".clerestory-{:08x}{:08x}.part{}", device(), device(), target.extension().string());
+    return target.parent_path() / fmt::format("{}{:08x}{:08x}{}{}", TEMPORARY_LEAD, device(), device(), TEMPORARY_MARK,
+                                              target.extension().string());
 }
 
 }  // namespace
@@ -69,20 +75,35 @@ AtomicFile::AtomicFile(fs::path target) : target_(std::move(target)) {
         if (!error) target_ = resolved;
     }
     make_folders(target_.parent_path());
-    for (;;) {
-        temporary_ = temporary_name(target_);
-        Descriptor file(::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-        if (file.get() >= 0) return;
-        if (errno == EEXIST) continue;
+    while (!create_temporary()) continue;
+}
+
+/// False where another name must be tried.
+bool AtomicFile::create_temporary() {
+    temporary_ = temporary_name(target_);
+    Descriptor file(::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() < 0) {
+        if (errno == EEXIST) return false;
         const int code = errno;
         temporary_.clear();
         clean_up();
         throw failure(target_, "create", code);
     }
+    // Between its creation and its lock the file looks abandoned: somebody may hold it for removal, or have removed it.
+    struct stat status {};
+    const bool taken = ::flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (taken || (::fstat(file.get(), &status) == 0 && status.st_nlink == 0)) return false;
+    lock_ = file.release();
+    return true;
+}
+
+void AtomicFile::unlock() noexcept {
+    if (lock_ >= 0) ::close(std::exchange(lock_, -1));
 }
 
 AtomicFile::~AtomicFile() {
     if (!committed_) clean_up();
+    unlock();
 }
 
 void AtomicFile::make_folders(const fs::path& folder) {
@@ -118,6 +139,24 @@ void AtomicFile::commit() {
     if (!in_place_) fs::rename(temporary_, target_, error);
     if (error) throw failure(target_, "rename into place", error.value());
     committed_ = true;
+}
+
+std::size_t remove_abandoned(const fs::path& folder) noexcept {
+    std::size_t removed = 0;
+    try {
+        std::error_code error;
+        for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, error)) {
+            const std::string name = entry.path().filename().string();
+            if (!name.starts_with(TEMPORARY_LEAD) || name.find(TEMPORARY_MARK) == std::string::npos) continue;
+            const Descriptor file(::open(entry.path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW));
+            if (file.get() < 0 || ::flock(file.get(), LOCK_EX | LOCK_NB) != 0) continue;
+            std::error_code gone;
+            removed += fs::remove(entry.path(), gone) ? 1 : 0;
+        }
+    } catch (const std::exception&) {
+        // A folder that cannot be tidied is no reason not to work.
+    }
+    return removed;
 }
 
 void write_bytes(const fs::path& target, std::span<const char> bytes) {

@@ -217,6 +217,11 @@ RadianceMap read_map(const fs::path& file, const ReadOptions& options) {
     return map;
 }
 
+std::pair<std::size_t, std::size_t> read_image_size(const fs::path& file) {
+    const std::unique_ptr<ImageSource> source = open_source(file, {});
+    return {source->width(), source->height()};
+}
+
 Picture read_picture(const fs::path& file, const ReadOptions& options) {
     const std::unique_ptr<ImageSource> source = open_source(file, options);
     const std::size_t floats = source->has_alpha() ? 4 : 3;

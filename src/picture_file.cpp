@@ -36,15 +36,27 @@ void check_picture_suffix(const std::string& file) {
     }
 }
 
+bool is_preview(const std::string& file) { return std::filesystem::path(file).extension() == ".png"; }
+
+std::vector<cl_uint> preview_of(const Rendered& picture, const ToneOptions& tone, Display& display) {
+    return display.preview(picture.rgba, 4, tone);
+}
+
+void write_picture(const std::string& file, const Rendered& picture, std::span<const cl_uint> preview,
+                   const Header& header, const PngText& text) {
+    check_picture_suffix(file);
+    if (is_preview(file)) {
+        write_png(file, picture.size, picture.size, 4, reinterpret_cast<const unsigned char*>(preview.data()), text);
+    } else {
+        write_exr(file, picture.size, picture.size, picture.rgba.data(), header);
+    }
+}
+
 void write_picture(const std::string& file, const Rendered& picture, const ToneOptions& tone, Display& display,
                    const Header& header) {
-    check_picture_suffix(file);
-    if (std::filesystem::path(file).extension() == ".exr") {
-        write_exr(file, picture.size, picture.size, picture.rgba.data(), header);
-        return;
-    }
-    const auto preview = display.preview(picture.rgba, 4, tone);
-    write_png(file, picture.size, picture.size, 4, reinterpret_cast<const unsigned char*>(preview.data()));
+    std::vector<cl_uint> preview;
+    if (is_preview(file)) preview = preview_of(picture, tone, display);
+    write_picture(file, picture, preview, header, {});
 }
 
 Header flat_header(const nlohmann::json& parameters, const nlohmann::json& seconds) {

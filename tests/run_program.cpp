@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -63,9 +64,10 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
     return pointers;
 }
 
-int exit_code_of(pid_t child) {
+/// Waits for the end.
+int exit_code_of(pid_t child, rusage& usage) {
     int status = 0;
-    while (waitpid(child, &status, 0) < 0) {
+    while (wait4(child, &status, 0, &usage) < 0) {
         if (errno != EINTR) throw std::runtime_error(std::string("waiting for the program: ") + std::strerror(errno));
     }
     constexpr int SIGNAL_BASE = 128;  // what shells add to a signal's number
@@ -96,8 +98,10 @@ ProgramResult run_command(std::vector<std::string> words, const ProgramSetting& 
     FileActions::check(posix_spawnp(&child, words.at(0).c_str(), actions.get(), nullptr, pointers_to(words).data(),
                                     pointers_to(variables).data()),
                        "starting " + words.at(0));
-    const int exit_code = exit_code_of(child);
-    return {exit_code, read_file(out), read_file(err)};
+    if (setting.meanwhile) setting.meanwhile(child);
+    rusage usage{};
+    const int exit_code = exit_code_of(child, usage);
+    return {exit_code, read_file(out), read_file(err), usage.ru_maxrss};
 }
 
 ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramSetting& setting) {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -13,12 +16,14 @@ struct ProgramResult {
     int exit_code = 0;  ///< as a shell gives it: 128 + the signal's number where a signal ended the run
     std::string out;    ///< all of stdout
     std::string err;    ///< all of stderr
+    long peak_kib = 0;  ///< most memory that it had at once
 };
 
 /// Where and how to run, beyond the arguments.
 struct ProgramSetting {
     std::map<std::string, std::string> environment = {};  ///< variables set on top of the test's own
     std::filesystem::path folder = {};                    ///< working folder; empty: the test's own
+    std::function<void(pid_t)> meanwhile = {};            ///< called with the process once it runs; it may send signals
 };
 
 /// A new empty folder, removed with all that is in it at the end of its scope.
