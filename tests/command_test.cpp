@@ -49,7 +49,7 @@ class Command : public ::testing::Test {
 };
 
 TEST_F(Command, EveryCommandHasHelpWithAnExample) {
-    for (const std::string name : {"fresnel", "info", "sample", "render", "compare", "devices"}) {
+    for (const std::string name : {"fresnel", "info", "sample", "render", "compare", "devices", "batch", "merge"}) {
         const ProgramResult result = run_program({name, "--help"});
         EXPECT_EQ(result.exit_code, 0) << name;
         EXPECT_NE(result.out.find("Example:"), std::string::npos) << name;

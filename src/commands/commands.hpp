@@ -17,5 +17,7 @@ void add_info(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_study(CLI::App& app);
 void add_reproduce(CLI::App& app);
+void add_batch(CLI::App& app);
+void add_merge(CLI::App& app);
 
 }  // namespace clerestory::commands

@@ -43,6 +43,8 @@ void describe_program(CLI::App& app) {
     add_compare(app);
     add_study(app);
     add_reproduce(app);
+    add_batch(app);
+    add_merge(app);
     add_devices(app);
     add_fresnel(app);
 }

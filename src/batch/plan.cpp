@@ -1,0 +1,341 @@
+#include "batch/plan.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <glob.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "batch/cost.hpp"
+#include "digest.hpp"
+#include "error.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a map that cannot be read is taken for in costs; its jobs fail at once, so it hardly matters.
+constexpr std::size_t UNREADABLE_WIDTH = 1024;
+constexpr std::size_t UNREADABLE_HEIGHT = 512;
+constexpr std::size_t MOST_MISTAKES = 20;
+constexpr std::size_t MOST_JOBS = std::size_t{1} << 24;
+
+/// A path of the job file as seen from here.
+std::string from_folder(const fs::path& folder, const std::string& path) {
+    return (fs::path(path).is_absolute() ? fs::path(path) : folder / path).lexically_normal().string();
+}
+
+/// Files that a shell's pattern matches, sorted by bytes.
+std::vector<std::string> matches(const std::string& pattern) {
+    glob_t found{};
+    std::vector<std::string> files;
+    if (::glob(pattern.c_str(), GLOB_BRACE, nullptr, &found) == 0) {
+        files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+    }
+    ::globfree(&found);
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+bool draws_samples(Estimator estimator) { return estimator == Estimator::shared || estimator == Estimator::per_pixel; }
+
+class Planner {
+  public:
+    Planner(const JobFile& jobs, const fs::path& output_folder)
+        : jobs_(jobs),
+          folder_(jobs.file.parent_path()),
+          output_folder_(output_folder.empty() ? folder_ : output_folder) {}
+
+    Plan plan() {
+        for (const JobEntry& entry : jobs_.jobs) add_entry(entry);
+        if (mistakes_.empty()) check_maps_are_kept();
+        if (!mistakes_.empty()) throw InputError(fmt::format("{}", fmt::join(mistakes_, "\n")));
+        Plan plan{jobs_.file, {}, sorted_jobs()};
+        add_costs(plan.jobs);
+        plan.digest = digest_of_plan(plan.jobs);
+        return plan;
+    }
+
+  private:
+    void mistake(const Place& place, const std::string& what) {
+        if (mistakes_.size() == MOST_MISTAKES) mistakes_.emplace_back("and more of the kind");
+        if (mistakes_.size() < MOST_MISTAKES) mistakes_.push_back(located(jobs_.file, place, what));
+    }
+
+    void add_entry(const JobEntry& entry) {
+        for (const auto& [pattern, place] : entry.maps) {
+            const std::string path = from_folder(folder_, pattern);
+            std::vector<std::string> files = matches(path);
+            std::error_code error;
+            if (files.empty() && fs::exists(path, error)) files = {path};  // a name with brackets in it
+            std::erase_if(files, [&](const std::string& file) { return fs::is_directory(file, error); });
+            if (files.empty()) mistake(place, fmt::format("map: no file is named {}; check the path", path));
+            for (const auto& file : files) add_map(entry, file);
+        }
+    }
+
+    void add_map(const JobEntry& entry, const std::string& file) {
+        JobEntry of_map = entry;
+        of_map.recipe.map.file = file;
+        const auto& map = maps_.try_emplace(file, nullptr).first->second ? maps_[file] : (maps_[file] = look_at(file));
+        for (const Estimator estimator : entry.estimators) {
+            of_map.recipe.render.estimator = estimator;
+            // An estimator that draws nothing gives one picture, whatever the lists of samples, sequences and seeds.
+            const bool all = draws_samples(estimator);
+            for (std::size_t n = 0; n < (all ? entry.samples.size() : 1); ++n) {
+                for (std::size_t s = 0; s < (all ? entry.sequences.size() : 1); ++s) {
+                    for (std::size_t k = 0; k < (all ? entry.seeds.size() : 1); ++k) {
+                        of_map.recipe.render.samples = entry.samples[n];
+                        of_map.recipe.render.sampling.sequence = entry.sequences[s];
+                        of_map.recipe.render.sampling.seed = entry.seeds[k];
+                        add_rotations(of_map, map);
+                    }
+                }
+            }
+        }
+    }
+
+    void add_rotations(const JobEntry& entry, const std::shared_ptr<const PlannedMap>& map) {
+        for (std::size_t frame = 0; frame < entry.rotations.size(); ++frame) {
+            if (drafts_.size() >= MOST_JOBS) {
+                if (mistakes_.empty()) mistake(entry.place, fmt::format("gives more than {} pictures", MOST_JOBS));
+                return;
+            }
+            Draft draft{{}, entry.place, values_of(entry, frame)};
+            draft.job.recipe = entry.recipe;
+            draft.job.recipe.map.rotate_y = entry.rotations[frame];
+            draft.job.recipe.render.sampling.rotate_y_deg = entry.rotations[frame];
+            draft.job.recipe.render.scale = entry.recipe.map.scale;
+            draft.job.map = map;
+            for (const auto& [pattern, place] : entry.outputs) {
+                draft.job.outputs.push_back(from_folder(output_folder_, pattern.expand(draft.values)));
+            }
+            drafts_.push_back(std::move(draft));
+            for (std::size_t o = 0; o < entry.outputs.size(); ++o) {
+                claim(drafts_.back().job.outputs[o], drafts_.size() - 1, entry.outputs[o].place);
+            }
+        }
+    }
+
+    static PatternValues values_of(const JobEntry& entry, std::size_t frame) {
+        const fs::path map(entry.recipe.map.file);
+        const RenderOptions& render = entry.recipe.render;
+        PatternValues values;
+        values.map = map.stem().string();
+        values.folder = map.parent_path().filename().string();
+        values.rotation = entry.rotations[frame];
+        values.frame = frame;
+        values.estimator = estimator_name(render.estimator);
+        values.size = render.size;
+        if (draws_samples(render.estimator)) {
+            values.samples = render.samples;
+            values.sequence = sequence_name(render.sampling.sequence);
+            values.seed = render.sampling.seed;
+        }
+        return values;
+    }
+
+    /// Whose output a file is; two jobs with the same one are a mistake.
+    void claim(const std::string& output, std::size_t draft, const Place& place) {
+        const auto [found, fresh] = owners_.try_emplace(real_name(output), draft);
+        if (fresh) return;
+        const PatternValues& a = drafts_[found->second].values;
+        const PatternValues& b = drafts_[draft].values;
+        const std::string field = differing_field(a, b, found->second == draft);
+        mistake(place, fmt::format("two {} would be written to {}{}", found->second == draft ? "outputs" : "jobs",
+                                   output, field));
+    }
+
+    /// What would tell two outputs apart.
+    static std::string differing_field(const PatternValues& a, const PatternValues& b, bool same_job) {
+        if (same_job) return "; give each another name";
+        const char* field = nullptr;
+        if (a.folder != b.folder) field = "folder";
+        if (a.map != b.map) field = "map";
+        if (a.size != b.size) field = "size";
+        if (a.seed != b.seed) field = "seed";
+        if (a.sequence != b.sequence) field = "sequence";
+        if (a.estimator != b.estimator) field = "estimator";
+        if (a.samples != b.samples) field = "samples";
+        if (a.rotation != b.rotation) field = "rotation";
+        return field != nullptr ? fmt::format("; put {{{}}} into the name", field)
+                                : "; give one of the jobs another name, or take it out";
+    }
+
+    /// A name by which two paths to one file are equal, links in folders followed.
+    std::string real_name(const std::string& path) {
+        const fs::path folder = fs::path(path).parent_path();
+        auto [found, fresh] = real_folders_.try_emplace(folder.string());
+        if (fresh) {
+            std::error_code error;
+            found->second = fs::weakly_canonical(fs::absolute(folder, error), error).string();
+        }
+        return found->second + "/" + fs::path(path).filename().string();
+    }
+
+    void check_maps_are_kept() {
+        for (const auto& [file, map] : maps_) {
+            const auto owner = owners_.find(real_name(file));
+            if (owner == owners_.end()) continue;
+            mistake(drafts_[owner->second].place,
+                    fmt::format("{} would be replaced by a picture, and it is a map of this batch", file));
+        }
+    }
+
+    static std::shared_ptr<const PlannedMap> look_at(const std::string& file) {
+        auto map = std::make_shared<PlannedMap>();
+        map->file = file;
+        try {
+            map->stamp = file_stamp(file);
+            std::tie(map->width, map->height) = read_image_size(file);
+        } catch (const Error&) {
+            // Its jobs say what is wrong with it when their turn comes; the others go on.
+        }
+        return map;
+    }
+
+    /// In order of their maps' first jobs, and as written among those of one map.
+    std::vector<Job> sorted_jobs() {
+        std::map<std::tuple<std::string, bool, std::string, std::string>, std::size_t> order;
+        std::vector<std::pair<std::size_t, std::size_t>> by_scene;
+        for (std::size_t i = 0; i < drafts_.size(); ++i) {
+            const MapOptions& m = drafts_[i].job.recipe.map;
+            const auto key = std::tuple(m.file, m.flip_y, m.luminance, m.bad_texels);
+            by_scene.emplace_back(order.try_emplace(key, order.size()).first->second, i);
+        }
+        std::sort(by_scene.begin(), by_scene.end());
+        std::vector<Job> jobs;
+        jobs.reserve(drafts_.size());
+        for (const auto& [scene, draft] : by_scene) {
+            jobs.push_back(std::move(drafts_[draft].job));
+            jobs.back().index = jobs.size() - 1;
+        }
+        return jobs;
+    }
+
+    static void add_costs(std::vector<Job>& jobs) {
+        for (std::size_t i = 0; i < jobs.size(); ++i) {
+            Job& job = jobs[i];
+            const std::size_t width = job.map->width != 0 ? job.map->width : UNREADABLE_WIDTH;
+            const std::size_t height = job.map->height != 0 ? job.map->height : UNREADABLE_HEIGHT;
+            const bool first = i == 0 || !same_scene(jobs[i - 1].recipe.map, job.recipe.map);
+            job.cost_ns = picture_cost_ns(job.recipe.render, width, height, job.outputs.size()) +
+                          (first ? map_cost_ns(width, height) : 0);
+            job.memory_bytes = scene_bytes(width, height) + estimator_bytes(job.recipe.render, width * height) +
+                               picture_bytes(job.recipe.render.size);
+        }
+    }
+
+    /// Independent of where the files lie: shards on several machines may mount them elsewhere.
+    static std::string digest_of_plan(const std::vector<Job>& jobs) {
+        std::string all;
+        for (const Job& job : jobs) {
+            const MapOptions& m = job.recipe.map;
+            const RenderOptions& r = job.recipe.render;
+            all += nlohmann::json({fs::path(m.file).filename().string(),
+                                   m.flip_y,
+                                   m.rotate_y,
+                                   m.scale,
+                                   m.luminance,
+                                   m.bad_texels,
+                                   estimator_name(r.estimator),
+                                   r.samples,
+                                   r.size,
+                                   r.albedo,
+                                   sequence_name(r.sampling.sequence),
+                                   texel_place_name(r.sampling.place),
+                                   r.sampling.seed,
+                                   r.sampling.control_degree,
+                                   r.harmonic.degree,
+                                   r.harmonic.lights,
+                                   job.recipe.tone.exposure,
+                                   job.recipe.tone.gamma,
+                                   job.outputs.size(),
+                                   job.cost_ns})
+                       .dump();
+            for (const auto& output : job.outputs) all += fs::path(output).filename().string() + "\n";
+        }
+        return digest_of(all);
+    }
+
+    struct Draft {
+        Job job;
+        Place place;
+        PatternValues values;
+    };
+
+    const JobFile& jobs_;
+    fs::path folder_;
+    fs::path output_folder_;
+    std::vector<std::string> mistakes_;
+    std::vector<Draft> drafts_;
+    std::map<std::string, std::shared_ptr<const PlannedMap>> maps_;
+    std::map<std::string, std::size_t> owners_;
+    std::map<std::string, std::string> real_folders_;
+};
+
+std::size_t count_in(std::string_view text) {
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() ? value : 0;
+}
+
+}  // namespace
+
+FileStamp file_stamp(const fs::path& file) {
+    struct stat status {};
+    if (::stat(file.c_str(), &status) != 0) {
+        throw InputError(fmt::format("{}: {}; check the path", file.string(),
+                                     errno == ENOENT ? "no such file" : std::generic_category().message(errno)));
+    }
+    constexpr std::int64_t BILLION = 1000000000;
+    return {static_cast<std::uintmax_t>(status.st_size), status.st_mtim.tv_sec * BILLION + status.st_mtim.tv_nsec,
+            status.st_ino};
+}
+
+std::uint64_t Plan::cost_ns() const {
+    return std::accumulate(jobs.begin(), jobs.end(), std::uint64_t{0},
+                           [](std::uint64_t sum, const Job& job) { return sum + job.cost_ns; });
+}
+
+bool same_scene(const MapOptions& a, const MapOptions& b) {
+    return a.file == b.file && a.flip_y == b.flip_y && a.luminance == b.luminance && a.bad_texels == b.bad_texels;
+}
+
+Plan make_plan(const JobFile& jobs, const fs::path& output_folder) { return Planner(jobs, output_folder).plan(); }
+
+Shard shard_by_name(const std::string& name) {
+    const std::size_t slash = std::min(name.find('/'), name.size());
+    const Shard shard{count_in(name.substr(0, slash)), count_in(name.substr(std::min(slash + 1, name.size())))};
+    if (shard.number == 0 || shard.count == 0 || shard.number > shard.count) {
+        throw UsageError(fmt::format("--shard {}: not a part of a whole, such as 1/4 to 4/4", name));
+    }
+    return shard;
+}
+
+std::string shard_name(const Shard& shard) { return fmt::format("{}/{}", shard.number, shard.count); }
+
+std::vector<Job> jobs_of_shard(const Plan& plan, const Shard& shard) {
+    // A job belongs to the shard in whose share of the cost its middle lies.
+    const auto total = static_cast<double>(plan.cost_ns());
+    std::vector<Job> jobs;
+    std::uint64_t before = 0;
+    for (const Job& job : plan.jobs) {
+        const double middle = static_cast<double>(before) + static_cast<double>(job.cost_ns) / 2;
+        const auto place = static_cast<std::size_t>(middle / total * static_cast<double>(shard.count));
+        if (std::min(place, shard.count - 1) + 1 == shard.number) jobs.push_back(job);
+        before += job.cost_ns;
+    }
+    return jobs;
+}
+
+}  // namespace clerestory
