@@ -183,6 +183,7 @@ std::string man_page(const Command& program, const Command& command, const std::
     Page page;
     const std::string name = page_name(program, command);
     page.line(".TH {} 1 \"\" \"{}\" \"User Commands\"", upper(name), release);
+    page.line(".nh\n.ad l");  // names and flags are looked for as they are typed
     page.section("Name");
     page.line("{} \\- {}", roff(name), roff(command.description));
     add_synopsis(page, program, command);
