@@ -15,12 +15,20 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 set(CPACK_DEBIAN_CLERESTORY_PACKAGE_NAME clerestory)
 set(CPACK_DEBIAN_CLERESTORY_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_CLERESTORY_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_CLERESTORY_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
 # The loader is a library and found by itself; a driver is not, nor is the plotter, which is started as a program.
 set(CPACK_DEBIAN_CLERESTORY_PACKAGE_DEPENDS "pocl-opencl-icd | opencl-icd, gnuplot-nox | gnuplot")
-set(CPACK_COMPONENT_CLERESTORY_DESCRIPTION "Reads a latitude-longitude HDR map, draws samples of it in proportion to its light, marks them on\n the map, shades a diffuse sphere with them, and says how much error each\n second bought. Its kernels are OpenCL and run on the CPU through PoCL, or on\n any other OpenCL device.")
+set(CPACK_COMPONENT_CLERESTORY_DESCRIPTION
+"Reads a latitude-longitude HDR map, draws samples of it in proportion to
+its light, marks them on the map, shades a diffuse sphere with them, and
+says how much error each second bought. Its kernels are OpenCL and run on
+the CPU through PoCL, or on any other OpenCL device.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME clerestory-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "clerestory (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
-set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and the CMake package of Clerestory's library, for programs that load\n a map, draw samples of it and light a sphere with it themselves.")
+set(CPACK_COMPONENT_DEV_DESCRIPTION
+"Headers and the CMake package of Clerestory's library, for programs that
+load a map, draw samples of it and light a sphere with it themselves.")
 include(CPack)

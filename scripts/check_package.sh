@@ -15,7 +15,7 @@ lintian --fail-on error --suppress-tags-from-file cmake/debian/lintian-ignored b
 
 root=$(mktemp -d)
 clean_up() {
-    for place in dev/pts dev proc; do
+    for place in dev/pts dev sys proc; do
         if mountpoint -q "$root/$place"; then umount "$root/$place"; fi
     done
     rm -rf --one-file-system "$root"
@@ -28,6 +28,7 @@ else
 fi
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
 mount -t proc proc "$root/proc"
+mount -t sysfs sysfs "$root/sys"  # PoCL asks it for processors and memory
 mount --bind /dev "$root/dev"
 mount --bind /dev/pts "$root/dev/pts"
 mkdir "$root/packages"
