@@ -88,6 +88,15 @@ END
 }
 
 kill_and_resume() {
+    pictures() { # FOLDER, what to do with each
+        find "$1" \( -name '*.exr' -o -name '*.png' \) ! -name '.*' "${@:2}"
+    }
+    # Of jobs whose two files stood before: files that are others now, by their inodes.
+    local rewritten='
+        function job(file) { sub(/\.(exr|png)$/, "", file); return file }
+        NR == FNR { now[$1] = $2; next }
+        { before[$1] = $2; files[job($1)]++ }
+        END { for (file in before) if (files[job(file)] == 2 && now[file] != before[file]) count++; print count + 0 }'
     cat >"$work/kill.toml" <<END
 [[job]]
 map = "$data/*.exr"
@@ -114,11 +123,9 @@ END
             if ! kill -9 "$process" 2>/dev/null; then break; fi
             { wait "$process" || true; } 2>/dev/null
             kills=$((kills + 1))
-            # Jobs whose two files stood before keep them: the same inode, never written again.
-            find "$work/killed" -name 'm*' -o -name '*.exr' -o -name '*.png' | grep -v '/\.clerestory' | sort | xargs -r stat -c '%n %i %Y' >"$work/now"
-            sed 's/_\([0-9]*\)\.\(exr\|png\) .*/_\1/' "$work/before" | sort | uniq -d >"$work/pairs"
-            changed=$((changed + $(grep -F -f "$work/pairs" "$work/before" 2>/dev/null | grep -vxF -f "$work/now" | wc -l)))
-            torn=$((torn + $(cd "$work/killed" && find . -name '*.exr' -o -name '*.png' | grep -v '/\.clerestory' | xargs -r sha256sum | grep -vxF -f "$work/whole.sums" | wc -l)))
+            pictures "$work/killed" -printf '%p %i\n' >"$work/now"
+            changed=$((changed + $(awk "$rewritten" "$work/now" "$work/before")))
+            torn=$((torn + $(cd "$work/killed" && pictures . -exec sha256sum {} + | awk 'NR == FNR { whole[$0]; next } !($0 in whole)' "$work/whole.sums" - | wc -l)))
             cp "$work/now" "$work/before"
         done
         "$program" batch "$work/kill.toml" -o "$work/killed" -q --resume
