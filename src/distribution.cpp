@@ -158,6 +158,14 @@ Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& optio
     return built;
 }
 
+void TableBuilder::build_guides(Distribution& d) {
+    State& s = *state_;
+    s.build_guides(s.thin(d.conditional_guide.size()), d.conditional, narrow(d.width), narrow(d.height), d.column_bits,
+                   d.conditional_guide);
+    s.build_guides(s.thin(d.marginal_guide.size()), d.marginal, narrow(d.height), 1U, d.row_bits, d.marginal_guide);
+    s.device.finish();
+}
+
 std::vector<double> texel_solid_angles(std::size_t width, std::size_t height) {
     constexpr double pi = std::numbers::pi;
     const auto h = static_cast<double>(height);

@@ -69,6 +69,9 @@ class TableBuilder {
     /// Throws InputError where the map has a bad texel: check `census` by reading, or repair the map before.
     Distribution build(const DeviceMap& map, const TableOptions& options = {});
 
+    /// Guides anew for tables that were changed.
+    void build_guides(Distribution& distribution);
+
     /// Counts bad texels and the brightest component, without building anything.
     MapCensus census(const DeviceMap& map);
 

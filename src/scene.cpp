@@ -12,6 +12,7 @@ Scene::Scene(const Device& device, TableBuilder& builder, RadianceMap map, const
       device_map_(device, map_) {
     const Stopwatch building;
     distribution_ = builder.build(device_map_, options.tables);
+    use_arithmetic(device, builder, device_map_, options.tables.luminance, options.arithmetic, distribution_);
     build_seconds_ = building.seconds();
 }
 

@@ -9,12 +9,14 @@
 #include "environment.hpp"
 #include "image.hpp"
 #include "options.hpp"
+#include "table_arithmetic.hpp"
 
 namespace clerestory {
 
 struct SceneOptions {
     TableOptions tables;
     BadTexels bad_texels = BadTexels::refuse;
+    TableArithmetic arithmetic = TableArithmetic::integer;  ///< others are there to see what they lose
 };
 
 /// A map with its sampling distribution: what every estimator lights the sphere with.

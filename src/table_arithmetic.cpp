@@ -9,10 +9,13 @@
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "clock.hpp"
+#include "error.hpp"
 #include "reference/exact_sum.hpp"
 
 namespace clerestory {
 namespace {
+
+const double ONE = std::ldexp(1.0, TABLE_BITS);  ///< where every table ends
 
 /// The kernels of table_arithmetic.cl for one type of sums, and what they work on.
 template <class Real>
@@ -131,6 +134,39 @@ double relative_error(long double value, long double exact) {
     return exact == 0 ? 0 : static_cast<double>(std::abs(value - exact) / exact);
 }
 
+void require_float64(const Device& device) {
+    if (device.info().has_fp64) return;
+    throw DeviceError("device " + device.info().name + " has no float64: choose another --table-arithmetic than f64");
+}
+
+/// Ends of tables of `count` entries each, given as fractions, in units of 2^-TABLE_BITS and never descending.
+///   ends [tables * count]
+template <class Real>
+std::vector<cl_uint> whole_ends(const std::vector<Real>& ends, std::size_t count) {
+    std::vector<cl_uint> whole(ends.size());
+    for (std::size_t at = 0; at < ends.size(); ++at) {
+        const auto end = static_cast<double>(ends[at]);
+        if (!std::isfinite(end)) {
+            throw InputError(
+                "the map's weights add up to more, or to less, than this --table-arithmetic holds; integer holds any");
+        }
+        const auto rounded = static_cast<cl_uint>(std::llround(std::clamp(std::ldexp(end, TABLE_BITS), 0.0, ONE)));
+        whole[at] = at % count == 0 ? rounded : std::max(whole[at - 1], rounded);
+    }
+    return whole;
+}
+
+template <class Real>
+void use_real(const Device& device, const DeviceMap& map, Luminance luminance, bool compensated,
+              Distribution& distribution) {
+    RealTables<Real> tables(device, map, luminance, compensated);
+    Buffer<Real> columns(device, "the conditional tables", map.width * map.height);
+    tables.sum();
+    tables.scan(columns);
+    distribution.marginal.upload(whole_ends(tables.marginal(), map.height));
+    distribution.conditional.upload(whole_ends(columns.download(), map.width));
+}
+
 template <class Real>
 void measure_real(const Device& device, const DeviceMap& map, Luminance luminance, bool compensated,
                   ArithmeticReport& report) {
@@ -197,6 +233,19 @@ std::string_view name_of(TableArithmetic arithmetic) {
     return "integer";
 }
 
+std::vector<std::string> table_arithmetic_names() {
+    std::vector<std::string> names;
+    for (const TableArithmetic arithmetic : TABLE_ARITHMETICS) names.emplace_back(name_of(arithmetic));
+    return names;
+}
+
+TableArithmetic table_arithmetic_by_name(std::string_view name) {
+    for (const TableArithmetic arithmetic : TABLE_ARITHMETICS) {
+        if (name_of(arithmetic) == name) return arithmetic;
+    }
+    throw UsageError("no table arithmetic is called " + std::string(name));
+}
+
 ArithmeticReport measure_table_arithmetic(const Device& device, const DeviceMap& map, Luminance luminance,
                                           TableArithmetic arithmetic) {
     ArithmeticReport report;
@@ -204,14 +253,24 @@ ArithmeticReport measure_table_arithmetic(const Device& device, const DeviceMap&
     if (arithmetic == TableArithmetic::integer) {
         measure_integer(device, map, luminance, report);
     } else if (arithmetic == TableArithmetic::f64) {
-        if (!device.info().has_fp64) {
-            throw DeviceError("device " + device.info().name + " has no float64: leave out --table-arithmetic f64");
-        }
+        require_float64(device);
         measure_real<double>(device, map, luminance, false, report);
     } else {
         measure_real<float>(device, map, luminance, arithmetic == TableArithmetic::f32_compensated, report);
     }
     return report;
+}
+
+void use_arithmetic(const Device& device, TableBuilder& builder, const DeviceMap& map, Luminance luminance,
+                    TableArithmetic arithmetic, Distribution& distribution) {
+    if (arithmetic == TableArithmetic::integer || distribution.black()) return;
+    if (arithmetic == TableArithmetic::f64) {
+        require_float64(device);
+        use_real<double>(device, map, luminance, false, distribution);
+    } else {
+        use_real<float>(device, map, luminance, arithmetic == TableArithmetic::f32_compensated, distribution);
+    }
+    builder.build_guides(distribution);
 }
 
 std::uint64_t undrawable_f32(const Device& device, const DeviceMap& map, Luminance luminance) {

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "cl/device.hpp"
 #include "distribution.hpp"
@@ -22,6 +24,8 @@ inline constexpr std::array<TableArithmetic, 4> TABLE_ARITHMETICS = {
 
 /// Its name at the command line and in reports.
 std::string_view name_of(TableArithmetic arithmetic);
+std::vector<std::string> table_arithmetic_names();
+TableArithmetic table_arithmetic_by_name(std::string_view name);
 
 /// How one arithmetic does on one map. Bad texels count as black.
 struct ArithmeticReport {
@@ -38,6 +42,13 @@ struct ArithmeticReport {
 /// lacks float64 for `f64`, InputError as TableBuilder does for `integer`.
 ArithmeticReport measure_table_arithmetic(const Device& device, const DeviceMap& map, Luminance luminance,
                                           TableArithmetic arithmetic);
+
+/// Puts the tables of another arithmetic, rounded to the nearest 2^-TABLE_BITS, in the place of a distribution's own:
+/// to see what its errors do to samples and pictures. The density stays that of the tables drawn from, so texels that
+/// the arithmetic lost are missing from every estimate. Throws InputError where its sums leave their range, DeviceError
+/// where the device lacks float64 for `f64`.
+void use_arithmetic(const Device& device, TableBuilder& builder, const DeviceMap& map, Luminance luminance,
+                    TableArithmetic arithmetic, Distribution& distribution);
 
 /// How many lit texels float32 running sums over their last would leave without any 32-bit random number.
 std::uint64_t undrawable_f32(const Device& device, const DeviceMap& map, Luminance luminance);

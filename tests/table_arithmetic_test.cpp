@@ -7,9 +7,15 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
+#include "image_files.hpp"
 #include "maps.hpp"
 #include "reference/exact_sum.hpp"
+#include "render.hpp"
+#include "run_program.hpp"
+#include "samples.hpp"
+#include "scene.hpp"
 
 namespace clerestory {
 namespace {
@@ -116,6 +122,91 @@ TEST_F(TableArithmeticTest, TheReadmesTableIsWhatIsMeasured) {
             << "tests/README.md should have the row\n"
             << readme_row(hard.name, reports);
     }
+}
+
+class DrawnArithmeticTest : public testing::Test {
+  protected:
+    /// Mean radiance of a white sphere's equator where it faces away from suns at the map's left edge (+x), by 4
+    /// million plain samples of one table arithmetic.
+    double light_away_from_suns(TableArithmetic arithmetic) {
+        TableBuilder builder(device_);
+        SceneOptions options;
+        options.arithmetic = arithmetic;
+        const Scene scene(device_, builder, sun_map(SUN_ROW_WIDTH, 1, 0, SUNS, 1e6F, SKY, true), options);
+        constexpr std::size_t SIZE = 63;  // odd: the middle row of pixels has y = 0
+        RenderOptions render;
+        render.size = SIZE;
+        render.samples = SAMPLES;
+        render.sampling.control_degree = 0;
+        const Rendered picture = Renderer(device_).render(scene, render);
+        double sum = 0;
+        std::size_t count = 0;
+        for (std::size_t column = 1; column < SIZE / 4; ++column) {
+            sum += static_cast<double>(picture.rgba[4 * (SIZE / 2 * SIZE + column)]);
+            ++count;
+        }
+        return sum / static_cast<double>(count);
+    }
+
+    static constexpr std::size_t SAMPLES = std::size_t{1} << 22;
+    static constexpr float SKY = 0.05F;
+    Device device_;
+};
+
+/// What tests/README.md says of float32 tables, seen in a picture.
+TEST_F(DrawnArithmeticTest, SurfacesThatFaceAwayFromSunsAreBlackWithFloat32Tables) {
+    EXPECT_EQ(light_away_from_suns(TableArithmetic::f32), 0);
+    // The sky is 2.6e-5 of the light: 107 of the samples. max(0, cosine) over the sphere has the mean 1/4 and the mean
+    // square 1/6, so the standard error is sqrt(16 / 6 / 107).
+    const double lit = light_away_from_suns(TableArithmetic::integer);
+    EXPECT_NEAR(lit / static_cast<double>(SKY), 1, 4 * std::sqrt(16.0 / 6 / 107));
+}
+
+TEST_F(DrawnArithmeticTest, EvenMapsAreDrawnAlikeByEveryArithmetic) {
+    TableBuilder builder(device_);
+    const Scene even(device_, builder, constant_map(32, 16, 1));
+    const std::vector<double> exact = texel_probabilities(even.distribution());
+    for (const TableArithmetic arithmetic : TABLE_ARITHMETICS) {
+        SceneOptions options;
+        options.arithmetic = arithmetic;
+        const Scene scene(device_, builder, constant_map(32, 16, 1), options);
+        const std::vector<double> drawn = texel_probabilities(scene.distribution());
+        for (std::size_t at = 0; at < drawn.size(); ++at) {
+            // 32 roundings of a running sum near 1, in units of 2^-24, of a width of 1/32; rows alike.
+            EXPECT_NEAR(drawn[at] / exact[at], 1, 2 * 32 * 32 * std::ldexp(1.0, -24)) << name_of(arithmetic);
+        }
+        // Guides fit the tables that they were made for: guided and plain search find the same texels.
+        SamplingOptions guided;
+        SamplingOptions plain;
+        plain.guided = false;
+        EXPECT_EQ(Sampler(device_, scene.device_map(), scene.distribution(), guided).draw(4096).texel.download(),
+                  Sampler(device_, scene.device_map(), scene.distribution(), plain).draw(4096).texel.download());
+    }
+}
+
+TEST_F(DrawnArithmeticTest, SumsThatLeaveFloat32AreRefused) {
+    TableBuilder builder(device_);
+    SceneOptions options;
+    options.arithmetic = TableArithmetic::f32;
+    EXPECT_THROW(Scene(device_, builder, constant_map(64, 32, 3e38F), options), InputError);
+    options.arithmetic = TableArithmetic::f64;
+    EXPECT_NO_THROW(Scene(device_, builder, constant_map(64, 32, 3e38F), options));
+}
+
+TEST(TableArithmeticCommand, InfoMeasuresEveryArithmeticThatIsAsked) {
+    const TempFolder folder;
+    const std::string map = folder.file("suns.pfm");
+    const RadianceMap suns = sun_map(SUN_ROW_WIDTH, 1, 0, SUNS, 1e6F, 0.05F, true);
+    write_pfm(map, SUN_ROW_WIDTH, 1, {suns.rgb.data(), suns.rgb.data() + suns.rgb.size()});
+    const ProgramResult result =
+        run_program({"info", map, "--table-arithmetic", "f32,f32-compensated,f64,integer", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto facts = nlohmann::json::parse(result.out)["table_arithmetic"];
+    ASSERT_EQ(facts.size(), 4U);
+    EXPECT_EQ(facts[0]["undrawable"], SUN_ROW_WIDTH - SUNS);
+    EXPECT_EQ(facts[3]["undrawable"], 0);
+    EXPECT_LT(facts[3]["largest_relative_error"].get<double>(), facts[0]["largest_relative_error"].get<double>());
+    EXPECT_EQ(run_program({"info", map, "--table-arithmetic", "f16"}).exit_code, 2);
 }
 
 /// Terms that double would swallow, in any order, and their exact sum.

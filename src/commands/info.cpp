@@ -7,8 +7,10 @@
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
+#include "engine_state.hpp"
 #include "error.hpp"
 #include "inspect.hpp"
+#include "table_arithmetic.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -20,6 +22,7 @@ constexpr double BYTES_PER_TEXEL = 16;
 struct InfoOptions {
     Common common;
     MapOptions map;
+    std::vector<std::string> arithmetics;
 };
 
 nlohmann::json place_of(const TexelCount& found) {
@@ -54,6 +57,36 @@ void print(const MapFacts& facts, const nlohmann::json& report) {
     }
 }
 
+/// How each asked arithmetic of tables does on the map.
+nlohmann::json arithmetic_facts(const InfoOptions& options, const Device& device, const Scene& scene) {
+    nlohmann::json facts = nlohmann::json::array();
+    for (const std::string& name : options.arithmetics) {
+        const ArithmeticReport found = measure_table_arithmetic(device, scene.device_map(), luminance_of(options.map),
+                                                                table_arithmetic_by_name(name));
+        facts.push_back({{"arithmetic", name},
+                         {"lit", found.lit},
+                         {"undrawable", found.undrawable},
+                         {"largest_relative_error", found.largest_relative_error},
+                         {"total_variation", found.total_variation},
+                         {"total_relative_error", found.total_relative_error},
+                         {"seconds", found.seconds}});
+    }
+    return facts;
+}
+
+void print_arithmetics(const nlohmann::json& facts) {
+    if (facts.empty()) return;
+    fmt::print("\n{:<16} {:>10} {:>16} {:>12} {:>12}\n", "arithmetic", "lit lost", "worst texel", "sum", "seconds");
+    for (const auto& fact : facts) {
+        fmt::print("{:<16} {:>10} {:>16.3g} {:>12.3g} {:>12.4f}\n", fact["arithmetic"].get<std::string>(),
+                   fact["undrawable"].get<std::uint64_t>(), fact["largest_relative_error"].get<double>(),
+                   fact["total_relative_error"].get<double>(), fact["seconds"].get<double>());
+    }
+    fmt::print(
+        "lit lost: lit texels that are never drawn; worst texel: largest relative error of a lit texel's\n"
+        "probability; sum: relative error of the weights' sum.\n");
+}
+
 /// Adds what only the tables of a usable map can tell.
 void add_table_facts(nlohmann::json& report, const Environment& environment, const TableFacts& facts) {
     const auto texels = static_cast<double>(environment.map().width * environment.map().height);
@@ -80,6 +113,7 @@ nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, co
                        {"inf", place_of(facts.inf)},
                        {"negative", place_of(facts.negative)},
                        {"zero", place_of(facts.zero)}};
+    report["table_arithmetic"] = nlohmann::json::array();
     report["undrawable_f32"] = nullptr;
     report["build_seconds"] = nullptr;
     return report;
@@ -95,8 +129,12 @@ void run(const InfoOptions& options) {
         const Environment environment = make_environment(engine, std::move(map), options.map, options.common);
         report["device"] = engine.device().name;
         add_table_facts(report, environment, engine.measure_tables(environment));
+        report["table_arithmetic"] = arithmetic_facts(options, *environment.state().device, environment.state().scene);
     }
-    if (options.common.json != "-") print(facts, report);
+    if (options.common.json != "-") {
+        print(facts, report);
+        print_arithmetics(report["table_arithmetic"]);
+    }
     emit_json(options.common, report);
     if (!usable) {
         throw InputError(fmt::format("{}: {} NaN, {} infinite and {} negative texels; --bad-texels zero blackens them",
@@ -111,8 +149,17 @@ void add_info(CLI::App& app) {
     auto* command = app.add_subcommand("info", "Pre-flight: what a map holds and what is hard about it");
     auto options = std::make_shared<InfoOptions>();
     add_map_options(*command, options->map);
+    command
+        ->add_option(
+            "--table-arithmetic", options->arithmetics,
+            "Build the sampling tables in these arithmetics too, such as f32,f32-compensated,f64,integer, and\n"
+            "measure what each loses")
+        ->delimiter(',')
+        ->type_name("NAME[,NAME...]")
+        ->check(CLI::IsMember(table_arithmetic_names()));
     add_common(*command, options->common,
-               "  clerestory info studio.exr\n  clerestory info studio.exr --json -\n\n"
+               "  clerestory info studio.exr\n  clerestory info studio.exr --table-arithmetic f32,f64,integer\n  "
+               "clerestory info studio.exr --json -\n\n"
                "A map with NaN, infinite or negative texels is reported and ends with exit code 3.");
     command->callback([options] { run(*options); });
 }

@@ -85,9 +85,11 @@ void add_tone_options(CLI::App& command, ToneOptions& tone) {
 }
 
 std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
-                                  const MapOptions& options, const Common& common) {
+                                  const MapOptions& options, const Common& common, TableArithmetic arithmetic) {
+    SceneOptions scene_options = scene_options_of(options);
+    scene_options.arithmetic = arithmetic;
     auto scene = with_file_named(
-        options, [&] { return std::make_unique<Scene>(device, builder, std::move(map), scene_options_of(options)); });
+        options, [&] { return std::make_unique<Scene>(device, builder, std::move(map), scene_options); });
     warn_of_map(options, common, scene->repaired(), scene->distribution().black());
     return scene;
 }

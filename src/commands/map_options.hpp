@@ -22,7 +22,8 @@ CLI::Validator finite_between(double low, double high);
 
 /// Builds the scene of a map that was read, with a warning where texels were repaired or none is lit.
 std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
-                                  const MapOptions& options, const Common& common);
+                                  const MapOptions& options, const Common& common,
+                                  TableArithmetic arithmetic = TableArithmetic::integer);
 
 /// The same behind the public interface.
 Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common);

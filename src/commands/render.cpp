@@ -67,6 +67,7 @@ void check_outputs(const RenderCommand& command) {
 nlohmann::json parameters(const RenderCommand& command, const RenderOptions& options, const Scene& scene,
                           const Device& device) {
     nlohmann::json values = describe_picture(command.map, options, scene.map(), device);
+    if (command.draw.table_arithmetic != "integer") values["table_arithmetic"] = command.draw.table_arithmetic;
     if (command.target_facts.is_object()) values.update(command.target_facts);
     return values;
 }
@@ -159,7 +160,8 @@ void run(RenderCommand command) {
     nlohmann::json before = {{"device", watch.lap()}};
     RadianceMap map = read_map_of(command.map);
     before["read"] = watch.lap();
-    const auto scene = make_scene(device, builder, std::move(map), command.map, command.common);
+    const auto scene = make_scene(device, builder, std::move(map), command.map, command.common,
+                                  table_arithmetic_by_name(command.draw.table_arithmetic));
     before["tables"] = watch.lap();
     if (command.target_error > 0) {
         command = with_target_reached(std::move(command), device, *scene);

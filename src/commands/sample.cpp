@@ -32,7 +32,8 @@ nlohmann::json describe_samples(const SampleOptions& options, const Scene& scene
     return {{"map", describe_map(options.map, scene.map())},
             {"seed", options.common.seed},
             {"sequence", options.draw.sequence},
-            {"texel", options.draw.texel}};
+            {"texel", options.draw.texel},
+            {"table_arithmetic", options.draw.table_arithmetic}};
 }
 
 /// The samples as lights for other renderers, in each format asked for; returns the files' names by format.
@@ -81,7 +82,8 @@ nlohmann::json write_set(const SampleOptions& options, const Scene& scene, Sampl
 void run(const SampleOptions& options) {
     const Device device(options.common.device);
     TableBuilder builder(device);
-    const auto scene = make_scene(device, builder, read_map_of(options.map), options.map, options.common);
+    const auto scene = make_scene(device, builder, read_map_of(options.map), options.map, options.common,
+                                  table_arithmetic_by_name(options.draw.table_arithmetic));
     Sampler sampler(device, scene->device_map(), scene->distribution(),
                     sampling_of(options.draw, options.common, options.map.rotate_y));
     Display display(device);

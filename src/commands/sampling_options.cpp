@@ -2,6 +2,7 @@
 
 #include "picture_limits.hpp"
 #include "picture_recipe.hpp"
+#include "table_arithmetic.hpp"
 
 namespace clerestory::commands {
 
@@ -21,6 +22,12 @@ void add_draw_options(CLI::App& command, DrawOptions& options) {
         ->group(group);
     command.add_option("--texel", options.texel, "A sample lies anywhere in its texel, or at its centre")
         ->check(CLI::IsMember(texel_place_names()))
+        ->capture_default_str()
+        ->group(group);
+    command
+        .add_option("--table-arithmetic", options.table_arithmetic,
+                    "Arithmetic of the sampling tables; integer is exact, the others show what they lose")
+        ->check(CLI::IsMember(table_arithmetic_names()))
         ->capture_default_str()
         ->group(group);
     command.add_flag("--plain-search", options.plain_search, "Search without guide tables; the results are the same")

@@ -15,10 +15,11 @@ struct DrawOptions {
     std::vector<std::size_t> counts;
     std::string sequence = "random";
     std::string texel = "jitter";
+    std::string table_arithmetic = "integer";
     bool plain_search = false;
 };
 
-/// Adds -n, --sequence, --texel and --plain-search.
+/// Adds -n, --sequence, --texel, --table-arithmetic and --plain-search.
 void add_draw_options(CLI::App& command, DrawOptions& options);
 
 /// Adds --control-degree and sets its default.
