@@ -191,7 +191,7 @@ void read_outputs(Reader& read, const toml::node& node, JobEntry& job) {
 using KeyRule = std::function<void(Reader&, const toml::node&, JobEntry&)>;
 
 template <class T, class Convert>
-KeyRule words(std::vector<T> JobEntry::*list, std::vector<std::string> known, Convert convert) {
+KeyRule words(std::vector<T> JobEntry::*list, const std::vector<std::string>& known, Convert convert) {
     return [=](Reader& read, const toml::node& node, JobEntry& job) {
         (job.*list).clear();
         read.values(node, [&](const toml::node& value) {
@@ -228,7 +228,7 @@ KeyRule one_whole(std::uint64_t low, std::uint64_t high, Access access) {
 }
 
 template <class Access>
-KeyRule one_word(std::vector<std::string> known, Access access) {
+KeyRule one_word(const std::vector<std::string>& known, Access access) {
     return [=](Reader& read, const toml::node& node, JobEntry& job) {
         if (const auto word = read.word(node, known)) access(job.recipe, *word);
     };

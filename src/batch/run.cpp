@@ -200,7 +200,7 @@ class Batch {
         }
     }
 
-    void written(const FinishedPicture& picture, double seconds, std::exception_ptr failure) {
+    void written(const FinishedPicture& picture, double seconds, const std::exception_ptr& failure) {
         JobResult result;
         if (failure) result = failed(failure);
         if (!failure) result.status = JobStatus::done;

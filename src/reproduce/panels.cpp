@@ -99,8 +99,10 @@ std::string panels_svg(const PanelSheet& sheet) {
     for (std::size_t i = 0; i < sheet.panels.size(); ++i) {
         const Panel& panel = sheet.panels[i];
         maps.insert(panel.map);
-        const double x = MARGIN + static_cast<double>(i % sheet.columns) * (side + GAP);
-        const double y = TITLE_HEIGHT + static_cast<double>(i / sheet.columns) * (side + PANEL_TEXT);
+        const std::size_t column = i % sheet.columns;
+        const std::size_t row = i / sheet.columns;
+        const double x = MARGIN + static_cast<double>(column) * (side + GAP);
+        const double y = TITLE_HEIGHT + static_cast<double>(row) * (side + PANEL_TEXT);
         body += fmt::format("<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" href=\"{}\"/>\n", x, y,
                             side, side, png_uri(panel_png(panel, sheet.limit)));
         body += text_at(x + side / 2, y + side + 17, "middle", "name", panel.title);
