@@ -53,6 +53,7 @@ struct Renderer::State {
     std::optional<ExactIntegrator> exact;
     std::optional<HarmonicShader> harmonic;
     std::optional<SphereView> view;
+    Buffer<cl_float> white;  ///< kept from one picture to the next, as its pages are
 
     /// What was made for a scene and a choice of options, and serves every rotation and seed.
     template <class Made, class Options>
@@ -163,7 +164,8 @@ Rendered Renderer::render(const Scene& scene, const RenderOptions& options, cons
     picture.size = options.size;
     Stopwatch watch;
     const SphereView& view = s.view_of(options.size);
-    Buffer<cl_float> white = view.planes(s.device);
+    if (s.white.size() != 3 * view.stride) s.white = view.planes(s.device);
+    Buffer<cl_float>& white = s.white;
     picture.seconds.emplace_back("view", watch.lap());
     if (scene.distribution().black()) {
         white.fill(0.0F);

@@ -218,6 +218,7 @@ struct Display::State {
     Kernel<Floats, Uints, cl_uint, cl_uint, cl_float, cl_float, Floats> compose{device, program, "compose"};
     Kernel<Floats, cl_uint, cl_uint, cl_float, Floats, Uints> tone_map{device, program, "tone_map"};
     Kernel<Uints, cl_uint, cl_uint, cl_uint, Uints> mark_samples{device, program, "mark_samples"};
+    Floats rgba;  ///< kept from one picture to the next: fresh pages cost as much as composing
 
     Uints tone(std::span<const float> pixels, std::size_t channels, double gain, const ToneOptions& options) {
         const std::size_t count = pixels.size() / channels;
@@ -242,11 +243,12 @@ std::vector<float> Display::compose(const SphereView& view, const Floats& white,
     const int half = exponent / 2;
     const auto gain_a = static_cast<float>(std::ldexp(gain, half));
     const auto gain_b = std::ldexp(1.0F, exponent - half);
-    Floats rgba(s.device, "the picture", 4 * view.size * view.size);
-    rgba.fill(0.0F);
+    const std::size_t values = 4 * view.size * view.size;
+    if (s.rgba.size() != values) s.rgba = Floats(s.device, "the picture", values);
+    s.rgba.fill(0.0F);
     s.compose({view.count, s.device.work_group(64)}, white, view.pixel, narrow(view.count), narrow(view.stride), gain_a,
-              gain_b, rgba);
-    return rgba.download();
+              gain_b, s.rgba);
+    return s.rgba.download();
 }
 
 std::vector<cl_uint> Display::preview(std::span<const float> pixels, std::size_t channels, const ToneOptions& tone) {

@@ -67,11 +67,14 @@ class SignalGuard {
     struct sigaction before_[2]{};
 };
 
-/// glibc gives each thread a heap of its own, and each would keep a picture's memory for the next: 25 % more at the
-/// peak.
-void share_one_heap() {
-#ifdef M_ARENA_MAX
+/// Large blocks go back to the system when they are freed, and threads share a heap. As glibc does it of itself, each
+/// thread keeps a heap, and maps, tables and pictures of several sizes tear holes into it: 1000 pictures of 20 maps
+/// took 1.7 times the memory of one.
+void keep_memory_flat() {
+#ifdef __GLIBC__
+    constexpr int LARGE_BLOCK = 1 << 20;
     mallopt(M_ARENA_MAX, 1);
+    mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK);
 #endif
 }
 
@@ -231,7 +234,7 @@ void summarise(const BatchCommand& command, const BatchResult& result) {
 }
 
 void run(const BatchCommand& command) {
-    share_one_heap();
+    keep_memory_flat();
     const SignalGuard signals;
     const Shard shard = command.shard.empty() ? shard_of_array_task() : shard_by_name(command.shard);
     const Plan plan = make_plan(read_job_file(command.file, command.common.seed), command.folder);
