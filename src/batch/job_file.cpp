@@ -89,12 +89,12 @@ class Reader {
         return wrong<bool>(node, "true or false");
     }
     std::optional<std::string> text(const toml::node& node) {
-        const auto value = node.value_exact<std::string>();
+        auto value = node.value_exact<std::string>();
         if (value && !value->empty()) return value;
         return wrong<std::string>(node, "a string in quotes");
     }
     std::optional<std::string> word(const toml::node& node, const std::vector<std::string>& known) {
-        const auto value = node.value_exact<std::string>();
+        auto value = node.value_exact<std::string>();
         if (value && std::find(known.begin(), known.end(), *value) != known.end()) return value;
         const std::string near = value ? nearest_word(*value, known) : "";
         return wrong<std::string>(node, fmt::format("one of {}{}", fmt::join(known, ", "),
