@@ -121,8 +121,8 @@ class Batch {
     }
 
     void work() {
-        PictureWriter writer([this](const FinishedPicture& picture, double seconds, std::exception_ptr failure) {
-            written(picture, seconds, std::move(failure));
+        PictureWriter writer([this](const FinishedPicture& picture, double seconds, const std::exception_ptr& failure) {
+            written(picture, seconds, failure);
         });
         MapLoader loader(groups_of(jobs_), ahead_bytes_, options_.resume, [this] { return stopped(); });
         while (auto loaded = loader.next()) render_group(*loaded, writer);
