@@ -38,7 +38,7 @@ std::string names_of(const std::vector<Flag>& flags) {
 /// What follows a flag of one command, as a branch of bash's case.
 std::string bash_value(const std::string& command, const Flag& flag) {
     std::vector<std::string> patterns;
-    for (const auto& name : flag.names) patterns.push_back(command + ":" + name);
+    for (const auto& name : flag.names) patterns.push_back(fmt::format("{}:{}", command, name));
     std::string action = "return";
     if (!flag.choices.empty()) {
         action = fmt::format("_clerestory_words {}; return", quoted(fmt::format("{}", fmt::join(flag.choices, " "))));
@@ -87,7 +87,7 @@ complete -F _clerestory clerestory
 /// Text within a zsh specification, in which brackets and colons have a meaning.
 std::string zsh_text(const std::string& text) {
     std::string out = replaced(text, "\\", "\\\\");
-    for (const std::string special : {"[", "]", ":"}) out = replaced(out, special, "\\" + special);
+    for (const std::string special : {"[", "]", ":"}) out = replaced(out, special, fmt::format("\\{}", special));
     return out;
 }
 
