@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
@@ -32,14 +33,22 @@ DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
 struct TableBuilder::State {
     explicit State(const Device& opened) : device(opened) {}
 
+    /// Kernels that weigh rows cut into chunks. Whole rows are weighed by build_rows.
+    struct Stage1 {
+        explicit Stage1(const Device& opened) : device(opened) {}
+
+        const Device& device;
+        Program program{device, "stage1_weight.cl"};
+        Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks{device, program, "census_chunks"};
+        Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census{device, program, "join_census"};
+        Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks{
+            device, program, "sum_chunks"};
+        Kernel<Weights, cl_uint, cl_uint, Weights> join_weights{device, program, "join_weights"};
+    };
+
     const Device& device;
-    Program stage1{device, "stage1_weight.cl"};
+    std::optional<Stage1> built_stage1;
     Program stage2{device, "stage2_cdf.cl"};
-    Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks{device, stage1, "census_chunks"};
-    Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census{device, stage1, "join_census"};
-    Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks{
-        device, stage1, "sum_chunks"};
-    Kernel<Weights, cl_uint, cl_uint, Weights> join_weights{device, stage1, "join_weights"};
     Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, cl_uint, Censuses, Weights, Uints, Uints>
         build_rows{device, stage2, "build_rows"};
     Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints>
@@ -49,14 +58,18 @@ struct TableBuilder::State {
     Kernel<Weights, Floats, cl_uint, Buffer<cl_ulong>, Uints> scan_marginal{device, stage2, "scan_marginal"};
     Kernel<Uints, cl_uint, cl_uint, cl_uint, Uints> build_guides{device, stage2, "build_guides"};
 
+    /// Built when first asked for: compiling it would be part of every first run.
+    Stage1& stage1() { return built_stage1 ? *built_stage1 : built_stage1.emplace(device); }
+
     /// Range of one work-item per row or chunk: few fat items, so small groups.
     [[nodiscard]] Range fat(std::size_t count) const { return {count, device.work_group(1)}; }
     [[nodiscard]] Range thin(std::size_t count) const { return {count, device.work_group(64)}; }
 
     void count(const DeviceMap& map, std::size_t chunks, Censuses& rows) {
         Censuses parts(device, "the chunks' census", map.height * chunks);
-        census_chunks(fat(parts.size()), map.radiance, narrow(map.width), narrow(chunks), narrow(parts.size()), parts);
-        join_census(thin(map.height), parts, narrow(map.width), narrow(chunks), narrow(map.height), rows);
+        stage1().census_chunks(fat(parts.size()), map.radiance, narrow(map.width), narrow(chunks), narrow(parts.size()),
+                               parts);
+        stage1().join_census(thin(map.height), parts, narrow(map.width), narrow(chunks), narrow(map.height), rows);
         device.finish();
     }
 
@@ -74,8 +87,9 @@ struct TableBuilder::State {
         const auto c = narrow(chunks);
         const auto n = narrow(items);
         const auto h = narrow(map.height);
-        sum_chunks(fat(items), map.radiance, censuses, w, c, n, luminance[0], luminance[1], luminance[2], parts);
-        join_weights(thin(map.height), parts, c, h, weights);
+        stage1().sum_chunks(fat(items), map.radiance, censuses, w, c, n, luminance[0], luminance[1], luminance[2],
+                            parts);
+        stage1().join_weights(thin(map.height), parts, c, h, weights);
         scan_chunks(fat(items), map.radiance, censuses, weights, w, c, n, luminance[0], luminance[1], luminance[2],
                     totals, conditional);
         scan_totals(thin(map.height), totals, c, h, starts, row_totals);

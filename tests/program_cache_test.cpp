@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "cl/device.hpp"
+#include "cl/pocl_bitcode.hpp"
 #include "cl/program.hpp"
 #include "run_program.hpp"
 
@@ -54,6 +55,44 @@ TEST(ProgramCache, AProgramBuildsFromSourceThenFromTheCacheThenAroundADamagedOne
     EXPECT_EQ(kernels_of(), from_source);
     std::ofstream(folder.path() / names_in(folder.path()).at(0)) << "damaged";
     EXPECT_EQ(kernels_of(), from_source);
+}
+
+/// A binary as PoCL lays it out: what goes before, the name of a file, its length, its bytes, what comes after.
+std::vector<unsigned char> pocl_binary(const std::string& name, unsigned char length, const std::string& content) {
+    std::string bytes = std::string("poclbin\0 a head", 16) + name;
+    bytes.append({static_cast<char>(length), 0, 0, 0});
+    bytes += content;
+    return {bytes.begin(), bytes.end()};
+}
+
+const std::string BITCODE = "BC\xC0\xDE bits";
+
+TEST(PoclBitcode, IsFoundWithinABinary) {
+    const auto found = bitcode_in(pocl_binary("/program.bc", 9, BITCODE + "more"));
+    ASSERT_TRUE(found);
+    EXPECT_EQ(std::string(found->begin(), found->end()), BITCODE);
+}
+
+TEST(PoclBitcode, IsNotFoundInABinaryCutShortOrOfAnotherKind) {
+    const auto whole = pocl_binary("/program.bc", 9, BITCODE);
+    ASSERT_TRUE(bitcode_in(whole));
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+        EXPECT_FALSE(bitcode_in({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)})) << length;
+    }
+    EXPECT_FALSE(bitcode_in(pocl_binary("/program.so", 9, BITCODE)));
+    EXPECT_FALSE(bitcode_in(pocl_binary("/program.bc", 9, "\177ELF bits")));
+    EXPECT_FALSE(bitcode_in(pocl_binary("/program.bc", 3, BITCODE)));
+    EXPECT_FALSE(bitcode_in(pocl_binary("/program.bc", 10, BITCODE)));
+}
+
+TEST(PoclBitcode, IsWhatTheCacheKeepsOnPocl) {
+    const TempFolder folder;
+    const Device device({.selector = "", .threads = 0, .work_group = 0, .program_cache = folder.path()});
+    if (!is_pocl(device.info())) GTEST_SKIP() << "not PoCL";
+    const Program program(device, "display.cl");
+    const std::string entry = read_file(folder.path() / names_in(folder.path()).at(0));
+    EXPECT_EQ(entry.find("BC\xC0\xDE"), entry.find('\n') + 1);
+    EXPECT_EQ(entry.find("poclbin"), std::string::npos);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "cl/error_name.hpp"
 #include "cl/kernel_sources.hpp"
+#include "cl/pocl_bitcode.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -19,8 +20,7 @@ constexpr const char* BUILD_OPTIONS = "-cl-std=CL1.2 -cl-kernel-arg-info";
 
 /// Options of every program on this device. See kernels/inline.clh.
 std::string device_options(const DeviceInfo& info) {
-    const bool pocl = info.platform == "Portable Computing Language";
-    return fmt::format("{} -DCLANG_BUILTINS={}", BUILD_OPTIONS, pocl ? 1 : 0);
+    return fmt::format("{} -DCLANG_BUILTINS={}", BUILD_OPTIONS, is_pocl(info) ? 1 : 0);
 }
 
 /// The name in a line of the form `#include "name"`, else empty.
@@ -67,17 +67,30 @@ std::string cache_key(const DeviceInfo& info, const std::string& source, const s
     return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.platform, info.version, info.name, info.driver, options, source);
 }
 
-/// The program as the cache keeps it; nothing where it does not, or where the driver no longer takes it.
-std::optional<cl::Program> load_program(const Device& device, const std::string& key, const std::string& options) {
-    auto binary = device.program_cache().load(key);
-    if (!binary) return std::nullopt;
+/// The program of a binary; nothing where the driver does not take it.
+std::optional<cl::Program> program_of(const Device& device, const std::vector<unsigned char>& binary,
+                                      const std::string& options) {
     try {
-        cl::Program program(device.context(), {device.handle()}, {std::move(*binary)});
+        cl::Program program(device.context(), {device.handle()}, {binary});
         program.build(device.handle(), options.c_str());
         return program;
     } catch (const cl::Error&) {
         return std::nullopt;
     }
+}
+
+/// The program as the cache keeps it, compiled for it first where PoCL does so; nothing where that is no way to it.
+std::optional<cl::Program> program_by_binary(const Device& device, const std::string& source, const std::string& key,
+                                             const std::string& options) {
+    if (const auto kept = device.program_cache().load(key)) {
+        if (auto program = program_of(device, *kept, options)) return program;
+    }
+    if (!is_pocl(device.info())) return std::nullopt;
+    const auto bitcode = compile_to_bitcode(device, source, options);
+    if (!bitcode) return std::nullopt;
+    auto program = program_of(device, *bitcode, options);
+    if (program) device.program_cache().store(key, *bitcode);
+    return program;
 }
 
 }  // namespace
@@ -86,8 +99,8 @@ Program::Program(const Device& device, std::string_view file, const std::string&
     const std::string options = fmt::format("{} {}", device_options(device.info()), defines);
     const std::string source = assembled_source(file);
     const std::string key = cache_key(device.info(), source, options);
-    if (auto kept = load_program(device, key, options)) {
-        program_ = std::move(*kept);
+    if (auto found = program_by_binary(device, source, key, options)) {
+        program_ = std::move(*found);
         return;
     }
     try {
