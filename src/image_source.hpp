@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "image.hpp"
 
@@ -48,6 +49,9 @@ class ImageSource {
 /// Whether a file is EXR by its first bytes. Refuses what cannot be an image at all: nothing, a folder, a pipe, an
 /// empty or unreadable file. Throws InputError.
 bool is_exr(const std::filesystem::path& file);
+
+/// Width and height as read_map would find them, from the header alone. Throws InputError.
+std::pair<std::size_t, std::size_t> read_image_size(const std::filesystem::path& file);
 
 /// Refuses a claimed size that is empty or beyond `limits`. Throws InputError.
 void check_size(const std::filesystem::path& file, std::size_t width, std::size_t height, const ReadLimits& limits);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image.hpp"
+#include "png_text.hpp"
 #include "render.hpp"
 #include "sphere.hpp"
 

@@ -16,6 +16,7 @@
 #include "atomic_file.hpp"
 #include "error.hpp"
 #include "image.hpp"
+#include "png_text.hpp"
 
 namespace clerestory {
 namespace {
@@ -150,6 +151,11 @@ std::vector<char> png_bytes(const std::filesystem::path& file, std::size_t width
 void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
                const unsigned char* pixels, const PngText& text) {
     write_bytes(file, png_bytes(file, width, height, channels, pixels, text));
+}
+
+void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height, std::size_t channels,
+               const unsigned char* pixels) {
+    write_png(file, width, height, channels, pixels, {});
 }
 
 }  // namespace clerestory

@@ -18,6 +18,7 @@
 #include "digest.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
+#include "png_text.hpp"
 #include "run_program.hpp"
 
 namespace clerestory::test {

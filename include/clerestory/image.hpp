@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "clerestory/export.hpp"
@@ -101,22 +100,9 @@ CLERESTORY_API void write_exr_channels(const std::filesystem::path& file, std::s
 /// The attributes of an EXR file that write_exr can write (text and numbers). Throws InputError.
 CLERESTORY_API Header read_exr_header(const std::filesystem::path& file);
 
-/// Keys and values of a PNG file's tEXt chunks, Latin-1; a key has 1 to 79 characters.
-using PngText = std::map<std::string, std::string>;
-
-/// 8-bit PNG of `channels` 3 or 4, as write_png writes it; `file` is only named in messages. Throws OutputError.
-CLERESTORY_API std::vector<char> png_bytes(const std::filesystem::path& file, std::size_t width, std::size_t height,
-                                           std::size_t channels, const unsigned char* pixels, const PngText& text = {});
-
 /// Writes 8-bit PNG of `channels` 3 or 4, sRGB-tagged by gamma only; whole or not at all. Throws OutputError.
+///   pixels [channels * height * width]  interleaved, top row first
 CLERESTORY_API void write_png(const std::filesystem::path& file, std::size_t width, std::size_t height,
-                              std::size_t channels, const unsigned char* pixels, const PngText& text = {});
-
-/// The tEXt chunks before the pixels of a PNG file that ends as it should; nothing of any other file. Never throws for
-/// what a file holds.
-CLERESTORY_API PngText read_png_text(const std::filesystem::path& file);
-
-/// Width and height as read_map would find them, from the header alone. Throws InputError.
-CLERESTORY_API std::pair<std::size_t, std::size_t> read_image_size(const std::filesystem::path& file);
+                              std::size_t channels, const unsigned char* pixels);
 
 }  // namespace clerestory

@@ -12,6 +12,7 @@
 
 #include "batch/plan.hpp"
 #include "image.hpp"
+#include "png_text.hpp"
 #include "render.hpp"
 
 namespace clerestory {

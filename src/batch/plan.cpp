@@ -17,6 +17,7 @@
 #include "batch/cost.hpp"
 #include "digest.hpp"
 #include "error.hpp"
+#include "image_source.hpp"
 
 namespace clerestory {
 namespace {

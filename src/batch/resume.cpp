@@ -8,6 +8,7 @@
 #include "image.hpp"
 #include "image_source.hpp"
 #include "picture_file.hpp"
+#include "png_text.hpp"
 
 namespace clerestory {
 

@@ -13,6 +13,7 @@
 #include "fresnel.hpp"
 #include "fresnel_report.hpp"
 #include "markup.hpp"
+#include "png_text.hpp"
 #include "reproduce/turned_map.hpp"
 #include "sample_report.hpp"
 #include "samples.hpp"

@@ -13,6 +13,7 @@
 #include "image.hpp"
 #include "markup.hpp"
 #include "plot_theme.hpp"
+#include "png_text.hpp"
 
 namespace clerestory {
 namespace {
