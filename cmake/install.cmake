@@ -17,13 +17,20 @@ install(EXPORT clerestory NAMESPACE clerestory:: DESTINATION ${cmake_dir} FILE c
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/clerestory-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/clerestory-config-version.cmake DESTINATION ${cmake_dir} COMPONENT dev)
 install(FILES examples/CMakeLists.txt examples/sphere.cpp DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/clerestory-dev/examples COMPONENT dev)
+# Debian wants an address of whoever made a package: theirs, by the variables of Debian's own tools. The project has none, and .invalid is
+# reserved for saying so.
+set(maintainer "The Clerestory developers <clerestory@example.invalid>")
+if(DEFINED ENV{DEBEMAIL} AND DEFINED ENV{DEBFULLNAME})
+  set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+endif()
+set(CLERESTORY_MAINTAINER "${maintainer}" CACHE STRING "Who the Debian packages name as their maintainer: NAME <ADDRESS>")
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/changelog.Debian @ONLY CONTENT [[
 clerestory (@PROJECT_VERSION@-1) unstable; urgency=medium
 
   * Release @PROJECT_VERSION@: see CHANGELOG.md of the source.
 
- -- The Clerestory developers <clerestory@example.org>  @date@
+ -- @CLERESTORY_MAINTAINER@  @date@
 ]])
 execute_process(COMMAND gzip -9nkf ${CMAKE_CURRENT_BINARY_DIR}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
 # Licence and history where Debian looks for them, for both packages.

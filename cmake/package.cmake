@@ -2,7 +2,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME clerestory)
 set(CPACK_PACKAGE_VENDOR "The Clerestory developers")
-set(CPACK_PACKAGE_CONTACT "The Clerestory developers <clerestory@example.org>")
+set(CPACK_PACKAGE_CONTACT "${CLERESTORY_MAINTAINER}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "lights a sphere with a photographed environment")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
