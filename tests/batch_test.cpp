@@ -397,6 +397,46 @@ TEST_F(Batch, ADeviceThatFailsToBuildFailsEveryJob) {
     EXPECT_THAT(said["jobs"][0].value("error", ""), HasSubstr("CL_BUILD_PROGRAM_FAILURE"));
 }
 
+TEST_F(Batch, AKernelThatCannotBeBuiltFailsOnlyTheJobsThatNeedIt) {
+    // PoCL has what `exact` needs in its cache, and no room for more: it keeps a program in a folder that two letters
+    // of A to P name, and here a file stands in the place of each other one. `shared` needs two programs more.
+    const fs::path kept = folder_.path() / "pocl";
+    const auto run_in_cache = [&](const std::string& estimators, const std::string& out, const std::string& programs) {
+        return run(
+            "[[job]]\nmap = \"?.pfm\"\nsize = 33\nestimator = [" + estimators +
+                "]\noutput = \"{map}_{estimator}.exr\"\n",
+            out, {},
+            {.environment = {{"POCL_CACHE_DIR", kept.string()}, {"CLERESTORY_CACHE_DIR", folder_.file(programs)}},
+             .folder = {},
+             .meanwhile = {}});
+    };
+    ASSERT_EQ(run_in_cache("\"exact\"", "whole", "first").exit_code, 0);
+    for (char a = 'A'; a <= 'P'; ++a) {
+        for (char b = 'A'; b <= 'P'; ++b) {
+            const fs::path place = kept / (std::string{a} + b);
+            if (!fs::exists(place)) write_raw(place, "");
+        }
+    }
+
+    const ProgramResult some = run_in_cache("\"shared\", \"exact\"", "out", "second");
+    EXPECT_EQ(some.exit_code, 1) << some.err;
+    EXPECT_THAT(some.err, HasSubstr("clerestory: 2 of 4 jobs failed"));
+    for (const json& job : report("out/batch.json")["jobs"]) {
+        if (job["estimator"] == "exact") {
+            EXPECT_EQ(job["status"], "done") << job;
+        } else {
+            EXPECT_EQ(job["status"], "failed") << job;
+            EXPECT_EQ(job["exit_code"], 4);
+            EXPECT_THAT(job.value("error", ""), HasSubstr("building kernels/stage"));
+        }
+    }
+    EXPECT_EQ(pictures_in(folder_.file("out")), pictures_in(folder_.file("whole")));
+
+    const ProgramResult none = run_in_cache("\"shared\"", "none", "third");
+    EXPECT_EQ(none.exit_code, 4) << "no job can run: " << none.err;
+    EXPECT_EQ(report("none/batch.json")["counts"]["failed"], 2);
+}
+
 TEST_F(Batch, UsageErrorsEndWithTwoAndJobFilesWithThree) {
     EXPECT_EQ(run(jobs_, "out", {"--shard", "5/4"}).exit_code, 2);
     EXPECT_EQ(run_program({"batch"}).exit_code, 2);

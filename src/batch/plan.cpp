@@ -325,18 +325,21 @@ Shard shard_by_name(const std::string& name) {
 
 std::string shard_name(const Shard& shard) { return fmt::format("{}/{}", shard.number, shard.count); }
 
-std::vector<Job> jobs_of_shard(const Plan& plan, const Shard& shard) {
-    // A job belongs to the shard in whose share of the cost its middle lies.
+std::span<const Job> jobs_of_shard(const Plan& plan, const Shard& shard) {
+    // A job belongs to the shard in whose share of the cost its middle lies; middles follow one another as jobs do.
     const auto total = static_cast<double>(plan.cost_ns());
-    std::vector<Job> jobs;
+    std::size_t first = 0;
+    std::size_t count = 0;
     std::uint64_t before = 0;
     for (const Job& job : plan.jobs) {
         const double middle = static_cast<double>(before) + static_cast<double>(job.cost_ns) / 2;
         const auto place = static_cast<std::size_t>(middle / total * static_cast<double>(shard.count));
-        if (std::min(place, shard.count - 1) + 1 == shard.number) jobs.push_back(job);
+        const std::size_t number = std::min(place, shard.count - 1) + 1;
+        if (number < shard.number) ++first;
+        if (number == shard.number) ++count;
         before += job.cost_ns;
     }
-    return jobs;
+    return std::span(plan.jobs).subspan(first, count);
 }
 
 }  // namespace clerestory

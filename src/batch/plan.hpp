@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,7 +66,8 @@ struct Shard {
 Shard shard_by_name(const std::string& name);
 std::string shard_name(const Shard& shard);
 
-/// The jobs of one shard. Every job is in exactly one, whoever asks; shards differ in cost by less than a job.
-std::vector<Job> jobs_of_shard(const Plan& plan, const Shard& shard);
+/// The jobs of one shard, which the plan keeps. Every job is in exactly one, whoever asks; shards differ in cost by
+/// less than a job.
+std::span<const Job> jobs_of_shard(const Plan& plan, const Shard& shard);
 
 }  // namespace clerestory

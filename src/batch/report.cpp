@@ -124,7 +124,7 @@ std::string ranges_of(const std::vector<std::size_t>& sorted) {
     return text;
 }
 
-json plan_report(const Plan& plan, const Shard& shard, const std::vector<Job>& jobs, const BatchOptions& options) {
+json plan_report(const Plan& plan, const Shard& shard, std::span<const Job> jobs, const BatchOptions& options) {
     json report = head_of(plan, shard);
     report["memory_bytes"] = batch_memory(jobs, options);
     report["jobs"] = json::array();
@@ -142,7 +142,7 @@ json plan_report(const Plan& plan, const Shard& shard, const std::vector<Job>& j
     return report;
 }
 
-json batch_report(const Plan& plan, const Shard& shard, const std::vector<Job>& jobs, const BatchResult& result) {
+json batch_report(const Plan& plan, const Shard& shard, std::span<const Job> jobs, const BatchResult& result) {
     json report = head_of(plan, shard);
     report["device"] = result.device;
     report["platform"] = result.platform;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,11 @@
 namespace clerestory {
 
 /// A batch before it runs: every job with its outputs, estimated seconds and memory, and what they come to.
-nlohmann::json plan_report(const Plan& plan, const Shard& shard, const std::vector<Job>& jobs,
+nlohmann::json plan_report(const Plan& plan, const Shard& shard, std::span<const Job> jobs,
                            const BatchOptions& options);
 
 /// A batch that has run: every job with its status, error and seconds by stage, and how many of each there are.
-nlohmann::json batch_report(const Plan& plan, const Shard& shard, const std::vector<Job>& jobs,
-                            const BatchResult& result);
+nlohmann::json batch_report(const Plan& plan, const Shard& shard, std::span<const Job> jobs, const BatchResult& result);
 
 /// What shards' reports come to together.
 struct MergedReport {

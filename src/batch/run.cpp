@@ -29,30 +29,31 @@ namespace {
 constexpr std::size_t PROCESS_BYTES = std::size_t{90} << 20;
 /// Part of the largest job's memory that may be taken beside it.
 constexpr std::size_t AHEAD_PART = 10;
+/// As DeviceError's; also of what has no code of its own.
+constexpr int EXIT_DEVICE = 4;
 
-std::size_t largest_job(const std::vector<Job>& jobs) {
+std::size_t largest_job(std::span<const Job> jobs) {
     std::size_t most = 0;
     for (const Job& job : jobs) most = std::max(most, job.memory_bytes);
     return PROCESS_BYTES + most;
 }
 
-std::size_t ahead_bytes(const std::vector<Job>& jobs, const BatchOptions& options) {
+std::size_t ahead_bytes(std::span<const Job> jobs, const BatchOptions& options) {
     return options.memory_bytes != 0 ? options.memory_bytes : largest_job(jobs) / AHEAD_PART;
 }
 
-std::vector<std::span<const Job>> groups_of(const std::vector<Job>& jobs) {
+std::vector<std::span<const Job>> groups_of(std::span<const Job> jobs) {
     std::vector<std::span<const Job>> groups;
     for (std::size_t begin = 0; begin < jobs.size();) {
         std::size_t end = begin + 1;
         while (end < jobs.size() && same_scene(jobs[begin].recipe.map, jobs[end].recipe.map)) ++end;
-        groups.emplace_back(jobs.data() + begin, end - begin);
+        groups.push_back(jobs.subspan(begin, end - begin));
         begin = end;
     }
     return groups;
 }
 
 JobResult failed(const std::exception_ptr& failure) {
-    constexpr int EXIT_DEVICE = 4;
     JobResult result;
     result.status = JobStatus::failed;
     result.exit_code = EXIT_DEVICE;
@@ -71,7 +72,7 @@ JobResult failed(const std::exception_ptr& failure) {
 
 class Batch {
   public:
-    Batch(const std::vector<Job>& jobs, const BatchOptions& options, const BatchEvents& events)
+    Batch(std::span<const Job> jobs, const BatchOptions& options, const BatchEvents& events)
         : jobs_(jobs), options_(options), events_(events), ahead_bytes_(ahead_bytes(jobs, options)) {
         result_.jobs.resize(jobs.size());
     }
@@ -204,6 +205,8 @@ class Batch {
         JobResult result;
         if (failure) result = failed(failure);
         if (!failure) result.status = JobStatus::done;
+        // Room for these alone: a record of every job is kept to the end.
+        result.seconds.reserve(picture.picture.seconds.size() + 1);
         result.seconds = picture.picture.seconds;
         result.seconds.emplace_back("write", seconds);
         settle(*picture.job, std::move(result));
@@ -221,7 +224,7 @@ class Batch {
         if (events_.warning) events_.warning(line);
     }
 
-    const std::vector<Job>& jobs_;
+    std::span<const Job> jobs_;
     const BatchOptions& options_;
     const BatchEvents& events_;
     std::size_t ahead_bytes_;
@@ -244,11 +247,17 @@ std::size_t BatchResult::count(JobStatus status) const {
         std::count_if(jobs.begin(), jobs.end(), [&](const JobResult& job) { return job.status == status; }));
 }
 
-BatchResult run_batch(const std::vector<Job>& jobs, const BatchOptions& options, const BatchEvents& events) {
+bool BatchResult::device_failed() const {
+    return !jobs.empty() && std::all_of(jobs.begin(), jobs.end(), [](const JobResult& job) {
+        return job.status == JobStatus::failed && job.exit_code == EXIT_DEVICE;
+    });
+}
+
+BatchResult run_batch(std::span<const Job> jobs, const BatchOptions& options, const BatchEvents& events) {
     return Batch(jobs, options, events).run();
 }
 
-std::size_t batch_memory(const std::vector<Job>& jobs, const BatchOptions& options) {
+std::size_t batch_memory(std::span<const Job> jobs, const BatchOptions& options) {
     const std::size_t allowed = ahead_bytes(jobs, options);
     std::size_t map = 0;
     std::size_t picture = 0;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,14 +48,16 @@ struct BatchResult {
     double seconds = 0;
     std::size_t peak_memory_bytes = 0;  ///< of the process, as the system says
     [[nodiscard]] std::size_t count(JobStatus status) const;
+    /// No job could run, each for the device's sake: that is the batch's failure, not some jobs'.
+    [[nodiscard]] bool device_failed() const;
 };
 
 /// Renders jobs on one device: the next map is read and the last picture written while one is rendered. A failure is a
 /// job's own: the rest goes on. Memory is bounded by the largest job's, whatever their number.
 /// Where the device cannot be opened every job fails with that.
-BatchResult run_batch(const std::vector<Job>& jobs, const BatchOptions& options, const BatchEvents& events);
+BatchResult run_batch(std::span<const Job> jobs, const BatchOptions& options, const BatchEvents& events);
 
 /// Memory that a batch of these jobs takes at its peak, the process itself included.
-std::size_t batch_memory(const std::vector<Job>& jobs, const BatchOptions& options);
+std::size_t batch_memory(std::span<const Job> jobs, const BatchOptions& options);
 
 }  // namespace clerestory

@@ -111,6 +111,7 @@ Program::Program(const Device& device, std::string_view file, const std::string&
     } catch (const cl::BuildError& error) {
         std::string log;
         for (const auto& [unused, text] : error.getBuildLog()) log += text;
+        log.resize(log.find_last_not_of('\n') + 1);
         throw DeviceError(fmt::format("building kernels/{} on {} failed: {}\n{}", file, device.info().name,
                                       error_name(error.err()), log));
     } catch (const cl::Error& error) {

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -89,7 +90,7 @@ std::string duration(double seconds) {
 /// How far the batch is: one line that is drawn anew on a terminal, now and then a line of its own elsewhere.
 class BatchProgress {
   public:
-    BatchProgress(const Common& common, const std::vector<Job>& jobs)
+    BatchProgress(const Common& common, std::span<const Job> jobs)
         : common_(common), terminal_(isatty(STDERR_FILENO) == 1), total_(jobs.size()) {
         for (const Job& job : jobs) cost_left_ += static_cast<double>(job.cost_ns);
     }
@@ -175,7 +176,7 @@ Shard shard_of_array_task() {
     return {(*id - first) / step + 1, *count};
 }
 
-void list_plan(const BatchCommand& command, const Plan& plan, const Shard& shard, const std::vector<Job>& jobs,
+void list_plan(const BatchCommand& command, const Plan& plan, const Shard& shard, std::span<const Job> jobs,
                const BatchOptions& options) {
     const nlohmann::json report = plan_report(plan, shard, jobs, options);
     emit_json(command.common, report);
@@ -227,7 +228,7 @@ void summarise(const BatchCommand& command, const BatchResult& result) {
              fmt::format("stopped with {} jobs not run; go on with --resume", result.count(JobStatus::not_run)));
         end_by_caught_signal();
     }
-    if (result.device.empty() && !result.jobs.empty()) throw DeviceError(result.jobs.front().error);
+    if (result.device_failed()) throw DeviceError(result.jobs.front().error);
     if (const std::size_t failed = result.count(JobStatus::failed); failed > 0) {
         throw Mismatch(fmt::format("{} of {} jobs failed", failed, result.jobs.size()));
     }
@@ -238,7 +239,7 @@ void run(const BatchCommand& command) {
     const SignalGuard signals;
     const Shard shard = command.shard.empty() ? shard_of_array_task() : shard_by_name(command.shard);
     const Plan plan = make_plan(read_job_file(command.file, command.common.seed), command.folder);
-    const std::vector<Job> jobs = jobs_of_shard(plan, shard);
+    const std::span<const Job> jobs = jobs_of_shard(plan, shard);
     constexpr double GIGABYTE = 1e9;
     const BatchOptions options{command.common.device, command.resume,
                                static_cast<std::size_t>(command.memory_gb * GIGABYTE)};
