@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,14 +23,12 @@
 #include "budget.hpp"
 #include "error.hpp"
 #include "image_source.hpp"
+#include "pages.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t PAGE = 4096;
-constexpr std::size_t HUGE_PAGE = std::size_t{1} << 21;
 
 /// Texels of a band: enough work for the decoder's threads and for whoever takes the rows, small beside a large map.
 constexpr std::size_t BAND_TEXELS = std::size_t{1} << 21;
@@ -152,13 +149,7 @@ void PageBuffer::Free::operator()(float* p) const noexcept { std::free(p); }
 PageBuffer::PageBuffer(std::size_t count) : count_(count) {
     if (count == 0) return;
     if (count > (std::size_t{1} << 60)) throw std::bad_alloc();
-    // Huge pages make the first touch of a large map, which is what taking memory costs, several times cheaper.
-    const std::size_t page = count * sizeof(float) >= 2 * HUGE_PAGE ? HUGE_PAGE : PAGE;
-    const std::size_t bytes = (count * sizeof(float) + page - 1) / page * page;
-    data_.reset(static_cast<float*>(std::aligned_alloc(page, bytes)));
-    if (!data_) throw std::bad_alloc();
-    if (page == HUGE_PAGE)
-        madvise(data_.get(), bytes, MADV_HUGEPAGE);  // a hint: it may fail, and nothing depends on it
+    data_.reset(static_cast<float*>(take_pages(count * sizeof(float))));
 }
 
 bool is_exr(const fs::path& file) {

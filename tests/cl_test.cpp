@@ -35,6 +35,19 @@ class Cl : public testing::Test {
 using Floats = Buffer<cl_float>;
 using Uints = Buffer<cl_uint>;
 
+/// Large buffers of a CPU lie in memory of this program, which must not be freed under commands that still use it.
+TEST_F(Cl, ALargeBufferOutlivesItsOwnerUntilItsLastCommandHasEnded) {
+    constexpr std::size_t COUNT = (std::size_t{1} << 22) + 1;
+    constexpr cl_uint VALUE = 0xC1E4E570;
+    const Uints kept(device_, "what is kept", COUNT);
+    for (int round = 0; round < 4; ++round) {
+        Uints large(device_, "what goes", COUNT);
+        large.fill(VALUE + static_cast<cl_uint>(round));
+        device_.queue().enqueueCopyBuffer(large.handle(), kept.handle(), 0, 0, large.bytes());
+    }
+    EXPECT_EQ(kept.download(), std::vector<cl_uint>(COUNT, VALUE + 3));
+}
+
 /// A float in place of a uint would be accepted in silence by the driver.
 TEST_F(Cl, AnArgumentOfAnotherTypeIsRefusedByNameAndPlace) {
     const Program program(device_, "display.cl");

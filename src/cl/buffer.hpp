@@ -12,6 +12,12 @@
 #include "error.hpp"
 
 namespace clerestory {
+namespace detail {
+
+/// Memory on the device, of huge pages where a CPU's would be many. Throws cl::Error.
+cl::Buffer take_buffer(const Device& device, std::size_t bytes);
+
+}  // namespace detail
 
 /// An array on the device: movable, not copyable. Throws DeviceError naming the array and its size.
 template <class T>
@@ -34,7 +40,7 @@ class Buffer {
                             "with --device, or a smaller map",
                             name, bytes, device.info().name, device.info().max_allocation_bytes));
         }
-        guarded("allocating", [&] { buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes); });
+        guarded("allocating", [&] { buffer_ = detail::take_buffer(device, bytes); });
     }
 
     /// A copy of `values`.
