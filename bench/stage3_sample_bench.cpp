@@ -48,17 +48,17 @@ void draw_samples(benchmark::State& state, Light light, std::size_t width, std::
     const Device& device = device_of(cores);
     Sampler sampler(device, lit.on_device, lit.distribution, {});
     const std::size_t batch = std::min(count, BATCH);
+    const std::size_t drawn = (count + batch - 1) / batch * batch;
     SampleSet set = sampler.allocate(batch);
     const auto draw = [&] {
-        for (std::size_t first = 0; first < count; first += batch) sampler.draw_into(set, first, count);
+        for (std::size_t first = 0; first < drawn; first += batch) sampler.draw_into(set, first, drawn);
         device.finish();
     };
     sampler.draw_into(set);
     if (!check(state, draws_right(lit, set), "draws differ from reference::draw")) return;
-    draw();
     Work work;
     work.cores = cores;
-    work.items = static_cast<double>(count);
+    work.items = static_cast<double>(drawn);
     work.item = "sample";
     work.ceiling = Ceiling::gather;
     work.amount = LINES_A_DRAW * work.items;
@@ -159,6 +159,19 @@ DRAW(suns, 1024);
 DRAW(even, 8192);
 DRAW(city, 8192);
 DRAW(suns, 8192);
+
+/// Whether a sample costs the same however many are drawn: batch after batch into the same memory.
+void on_all_cores(benchmark::internal::Benchmark* benchmark) {
+    benchmark->ArgName("cores")->Arg(all_cores())->UseRealTime()->Unit(benchmark::kMillisecond);
+}
+#define DRAW_COUNT(count)                                                                                         \
+    BENCHMARK_CAPTURE(draw_samples, city_1024_##count, Light::city, SMALL_WIDTH, static_cast<std::size_t>(count)) \
+        ->Apply(on_all_cores)
+DRAW_COUNT(1e5);
+DRAW_COUNT(1e6);
+DRAW_COUNT(1e7);
+DRAW_COUNT(1e8);
+DRAW_COUNT(1e9);
 
 }  // namespace
 }  // namespace clerestory::bench

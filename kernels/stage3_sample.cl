@@ -3,20 +3,36 @@
 #include "sequence.clh"
 
 /// Samples that a work-item of draw_blocks draws.
-#define DRAW_BLOCK 256u
-/// Halvings that all of its searches take, of ranges below 2^QUICK_STEPS.
+#define DRAW_BLOCK 256
+/// Halvings that all of its searches of columns take, of ranges below 2^QUICK_STEPS.
 #define QUICK_STEPS 3
+/// Fields of a record: texel, x, y, z, pdf, R, G, B.
+#define RECORD_FIELDS 8
+/// Sets of so many samples go past the caches: no cache keeps their records until they are read.
+#define STREAMED_COUNT (1u << 18)
+/// Floats of a cache line.
+#define LINE 16
 
-/// First element from `low` on whose end lies above `value`, in the table that starts at `base`, where high - low is below
-/// 2^QUICK_STEPS. Indices are int, which gathers take as they are: no table has 2^31 words (ReadLimits of src/image.hpp).
-INLINE int quick_halvings(global const uint* table, int base, int low, int high, uint value) {
-#pragma unroll
-    for (int step = QUICK_STEPS - 1; step >= 0; --step) {
-        const int far = low + (1 << step) - 1;
-        const int probe = far < high ? far : high;
-        low = table[base + probe] <= value ? probe + 1 : low;
-    }
-    return low;
+/// Writes a line of `to`, whole and aligned, without reading it first. What a work-group leaves on its way to memory is
+/// there when the driver hands the group over, which takes a locked instruction.
+#if CLANG_BUILTINS
+#define STREAM_LINE(line, to) __builtin_nontemporal_store(line, (global float16*)(to))
+#else
+#define STREAM_LINE(line, to) vstore16(line, 0, to)
+#endif
+
+/// One loop over the block's samples. Two vectors at a time hide more of what a load waits for.
+#define EACH_SAMPLE _Pragma("clang loop interleave_count(2)") for (int k = 0; k < DRAW_BLOCK; ++k)
+/// The same for what few samples need.
+#define SOME_SAMPLES _Pragma("clang loop vectorize(disable)") for (int k = 0; k < DRAW_BLOCK; ++k)
+
+/// One halving of the elements from `low` to `high` of the table that starts at `base`: whether the element lies above the
+/// first 2^step - 1. The end of `high` lies above `value`, so it is never passed. Indices are int, which gathers take as
+/// they are: no table has 2^31 words (ReadLimits of src/image.hpp).
+INLINE int quick_halving(global const uint* table, int base, int low, int high, uint value, int step) {
+    const int far = low + (1 << step) - 1;
+    const int probe = far < high ? far : high;
+    return table[base + probe] <= value ? probe + 1 : low;
 }
 
 /// Start of element `index` of a table, which is word `at` of its buffer.
@@ -71,9 +87,18 @@ kernel void draw_samples(global const uint* marginal, global const uint* margina
 }
 
 #if GUIDED
+/// Writes `here` values of a block's field; whole blocks line by line where they are to go past the caches.
+INLINE void store_field(const float* from, global float* restrict to, int here, bool streamed) {
+    if (streamed && here == DRAW_BLOCK && (size_t)to % (LINE * sizeof(float)) == 0) {
+        for (int k = 0; k < DRAW_BLOCK; k += LINE) STREAM_LINE(vload16(0, from + k), to + k);
+        return;
+    }
+    for (int k = 0; k < here; ++k) to[k] = from[k];
+}
+
 /// As draw_samples, for a device whose vectors run along inner loops: a work-item draws DRAW_BLOCK samples in one short
-/// loop after another, so that each is vectorised and many loads are under way at a time. Few draws need more than
-/// QUICK_STEPS halvings; those get them one by one.
+/// loop after another, so that each is vectorised and many loads are under way at a time. Few draws need more than one
+/// halving of their guide's rows and QUICK_STEPS of its columns; those get them one by one.
 /// Range: one work-item per DRAW_BLOCK samples.
 kernel void draw_blocks(global const uint* restrict marginal, global const uint* restrict marginal_guide, uint height,
                         uint row_bits, global const uint* restrict conditional,
@@ -84,10 +109,10 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
                         global float* restrict pdf, global float* restrict drawn) {
     const uint begin = DRAW_BLOCK * (uint)get_global_id(0);
     if (begin >= count) return;
-    const int here = (int)least(DRAW_BLOCK, count - begin);
     uint u_row[DRAW_BLOCK], u_column[DRAW_BLOCK];
     int row[DRAW_BLOCK], column[DRAW_BLOCK];
-    uint end[DRAW_BLOCK];
+    uint row_end[DRAW_BLOCK], end[DRAW_BLOCK];
+    float record[RECORD_FIELDS][DRAW_BLOCK];
     for (uint k = 0u; k < DRAW_BLOCK / 2u; ++k) {
         const PointPair points =
             sequence_points(seed_low, seed_high, DOMAIN_SHARED, stream, (first + begin) / 2u + k, strata);
@@ -96,62 +121,84 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
         u_column[2u * k] = points.even.y;
         u_column[2u * k + 1u] = points.odd.y;
     }
-    for (int k = 0; k < DRAW_BLOCK; ++k) {
+    const int last_row = (int)height - 1;
+    EACH_SAMPLE {
         const uint value = u_row[k] >> (32 - TABLE_BITS);
         const int start = (int)marginal_guide[value >> (TABLE_BITS - row_bits)];
-        row[k] = quick_halvings(marginal, 0, start, (int)height - 1, value);
-        end[k] = marginal[row[k]];
+        row[k] = quick_halving(marginal, 0, start, last_row, value, 0);
+        row_end[k] = marginal[row[k]];
     }
-#pragma clang loop vectorize(disable)
-    for (int k = 0; k < DRAW_BLOCK; ++k) {
+    SOME_SAMPLES {
         const uint value = u_row[k] >> (32 - TABLE_BITS);
-        if (end[k] > value) continue;
-        row[k] = (int)bisect(marginal, (uint)row[k] + 1u, height - 1u, value, ROW_STEPS);
+        if (row_end[k] > value) continue;
+        row[k] = (int)bisect(marginal, (uint)row[k] + 1u, (uint)last_row, value, ROW_STEPS);
+        row_end[k] = marginal[row[k]];
     }
     const int entries = (int)(1u << column_bits) + 1;
-    for (int k = 0; k < DRAW_BLOCK; ++k) {
+    EACH_SAMPLE {
         const uint entry = u_column[k] >> (32 - TABLE_BITS) >> (TABLE_BITS - column_bits);
         column[k] = (int)conditional_guide[row[k] * entries + (int)entry];
     }
-    for (int k = 0; k < DRAW_BLOCK; ++k) {
+    // The first halving, which finds its line of the table in no cache, has a loop of its own: the shorter the loop, the
+    // more of its loads are under way together.
+    const int last_column = (int)width - 1;
+    EACH_SAMPLE {
         const uint value = u_column[k] >> (32 - TABLE_BITS);
-        column[k] = quick_halvings(conditional, row[k] * (int)width, column[k], (int)width - 1, value);
-        end[k] = conditional[row[k] * (int)width + column[k]];
+        column[k] = quick_halving(conditional, row[k] * (int)width, column[k], last_column, value, QUICK_STEPS - 1);
     }
-#pragma clang loop vectorize(disable)
-    for (int k = 0; k < DRAW_BLOCK; ++k) {
+    EACH_SAMPLE {
+        const uint value = u_column[k] >> (32 - TABLE_BITS);
+        const int base = row[k] * (int)width;
+        int j = column[k];
+#pragma unroll
+        for (int step = QUICK_STEPS - 2; step >= 0; --step) {
+            j = quick_halving(conditional, base, j, last_column, value, step);
+        }
+        column[k] = j;
+        end[k] = conditional[base + j];
+    }
+    SOME_SAMPLES {
         const uint value = u_column[k] >> (32 - TABLE_BITS);
         if (end[k] > value) continue;
         global const uint* ends = conditional + row[k] * (int)width;
-        column[k] = (int)bisect(ends, (uint)column[k] + 1u, width - 1u, value, COLUMN_STEPS);
+        column[k] = (int)bisect(ends, (uint)column[k] + 1u, (uint)last_column, value, COLUMN_STEPS);
+        end[k] = ends[column[k]];
     }
     global const float* restrict frame_fields = (global const float*)frames;
-    for (int k = 0; k < here; ++k) {
+    EACH_SAMPLE {
         const int i = row[k];
         const int j = column[k];
         const int at = i * (int)width + j;
         Draw draw;
         draw.row = (uint)i;
         draw.column = (uint)j;
-        place_within(&draw, u_row[k], u_column[k], start_of(marginal, i, i), marginal[i], start_of(conditional, j, at),
-                     conditional[at]);
+        place_within(&draw, u_row[k], u_column[k], start_of(marginal, i, i), row_end[k], start_of(conditional, j, at),
+                     end[k]);
         RowFrame frame;
         frame.cap = frame_fields[4 * i];
         frame.cap_step = frame_fields[4 * i + 1];
-        frame.pole = i <= (int)height - 1 - i ? 1.0f : -1.0f;
+        frame.pole = i <= last_row - i ? 1.0f : -1.0f;
         frame.solid_angle = frame_fields[4 * i + 3];
         const Direction towards = draw_direction(draw, frame, inverse_width, rotation);
-        texel[begin + k] = (uint)at;
-        direction[begin + k] = towards.x;
-        direction[(size_t)count + begin + k] = towards.y;
-        direction[2 * (size_t)count + begin + k] = towards.z;
-        pdf[begin + k] = draw_pdf(draw, frame);
+        record[0][k] = as_float(at);
+        record[1][k] = towards.x;
+        record[2][k] = towards.y;
+        record[3][k] = towards.z;
+        record[4][k] = draw_pdf(draw, frame);
     }
-    for (int k = 0; k < here; ++k) {
-        const int at = 3 * (row[k] * (int)width + column[k]);
-        drawn[begin + k] = radiance[at];
-        drawn[(size_t)count + begin + k] = radiance[at + 1];
-        drawn[2 * (size_t)count + begin + k] = radiance[at + 2];
+    EACH_SAMPLE {
+        const int at = 3 * as_int(record[0][k]);
+        record[5][k] = radiance[at];
+        record[6][k] = radiance[at + 1];
+        record[7][k] = radiance[at + 2];
+    }
+    const size_t plane = count;
+    global float* fields[RECORD_FIELDS] = {(global float*)texel,  direction, direction + plane, direction + 2 * plane, pdf,
+                                           drawn, drawn + plane, drawn + 2 * plane};
+    const int here = (int)least(DRAW_BLOCK, count - begin);
+#pragma unroll
+    for (int field = 0; field < RECORD_FIELDS; ++field) {
+        store_field(record[field], fields[field] + begin, here, count >= STREAMED_COUNT);
     }
 }
 #endif

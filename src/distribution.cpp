@@ -15,6 +15,8 @@ namespace {
 
 // A guide of a quarter of a row's texels leaves two halvings on an even map and costs 1 byte a texel.
 constexpr unsigned COLUMN_GUIDE_SHRINK = 2;
+// Four entries a row: most of them lie within one row, and all of them in a core's own cache.
+constexpr unsigned ROW_GUIDE_GROWTH = 2;
 // Rows a compute unit should have before whole rows share the work out evenly.
 constexpr std::size_t ROWS_PER_UNIT = 8;
 
@@ -131,7 +133,7 @@ Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& optio
     Distribution built;
     built.width = map.width;
     built.height = map.height;
-    built.row_bits = bits_to_count(map.height);
+    built.row_bits = bits_to_count(map.height) + ROW_GUIDE_GROWTH;
     built.column_bits = std::max(bits_to_count(map.width), COLUMN_GUIDE_SHRINK) - COLUMN_GUIDE_SHRINK;
     const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * map.height;
     built.conditional = Uints(s.device, "the conditional tables", map.width * map.height);

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <set>
 
@@ -259,6 +261,36 @@ TEST_F(Stage3Sample, DrawsDependOnTheirIndexAlone) {
     for (const std::size_t group : {1U, 3U, 64U}) {
         const Device grouped(DeviceOptions{"", 0, group});
         EXPECT_EQ(texels(grouped, 0), whole) << "groups of " << group;
+    }
+}
+
+/// Large sets are written past the caches, by whole lines where the planes allow it: an aligned set, one whose last
+/// block is cut short, and one whose planes lie beside lines.
+TEST_F(Stage3Sample, LargeSetsEqualTheirPartsDrawnAloneToTheBit) {
+    constexpr std::size_t PART = 100'000;
+    LitMap lit(device_, random_map(37, 19, 3));
+    for (const std::size_t count : {std::size_t{1} << 18, (std::size_t{1} << 18) + 48, (std::size_t{1} << 18) + 7}) {
+        const SampleSet whole = lit.sampler.draw(count);
+        const auto texel = whole.texel.download();
+        const auto direction = whole.direction.download();
+        const auto pdf = whole.pdf.download();
+        const auto radiance = whole.radiance.download();
+        for (std::size_t first = 0; first < count; first += PART) {
+            const std::size_t here = std::min(PART, count - first);
+            const SampleSet part = lit.sampler.draw(here, first, count);
+            const auto same = [&](const auto& all, const auto& some) {
+                const std::size_t planes = all.size() / count;
+                for (std::size_t plane = 0; plane < planes; ++plane) {
+                    const auto* from = all.data() + plane * count + first;
+                    if (std::memcmp(from, some.data() + plane * here, here * sizeof(*from)) != 0) return false;
+                }
+                return true;
+            };
+            EXPECT_TRUE(same(texel, part.texel.download())) << count << " from " << first;
+            EXPECT_TRUE(same(direction, part.direction.download())) << count << " from " << first;
+            EXPECT_TRUE(same(pdf, part.pdf.download())) << count << " from " << first;
+            EXPECT_TRUE(same(radiance, part.radiance.download())) << count << " from " << first;
+        }
     }
 }
 
