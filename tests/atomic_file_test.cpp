@@ -128,5 +128,15 @@ TEST_F(AtomicFileTest, APathThatCannotBeWrittenIsSaidInOneLine) {
     EXPECT_THAT(test::names_in(folder_.path()), ElementsAre("file"));
 }
 
+TEST_F(AtomicFileTest, LeftoversOfLivingWritersStay) {
+    test::write_raw(folder_.path() / ".clerestory-0123456789abcdef.part.exr", "half a picture");
+    test::write_raw(folder_.path() / "picture.exr", "a picture");
+    const AtomicFile living(folder_.path() / "other.exr");
+    EXPECT_EQ(remove_abandoned(folder_.path()), 1U);
+    EXPECT_EQ(remove_abandoned(folder_.path() / "missing"), 0U);
+    EXPECT_TRUE(fs::exists(living.temporary()));
+    EXPECT_EQ(test::names_in(folder_.path()).size(), 2U);
+}
+
 }  // namespace
 }  // namespace clerestory

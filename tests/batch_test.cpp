@@ -14,11 +14,9 @@
 #include <thread>
 #include <vector>
 
-#include "atomic_file.hpp"
 #include "digest.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
-#include "png_text.hpp"
 #include "run_program.hpp"
 
 namespace clerestory::test {
@@ -252,6 +250,21 @@ TEST_F(Batch, AFailureIsItsJobsOwn) {
               (std::vector<std::string>{"a.exr", "b.exr", "batch.json", "full.exr", "full.png"}));
 }
 
+TEST_F(Batch, RepairedAndBlackMapsAreRenderedWithAWarning) {
+    write_pfm(folder_.path() / "nan.pfm", 2, 1, {NAN, 1, 1, 1, 1, 1});
+    write_pfm(folder_.path() / "black.pfm", 2, 1, {0, 0, 0, 0, 0, 0});
+    const ProgramResult result =
+        run("[[job]]\nmap = [\"nan.pfm\", \"black.pfm\"]\nsize = 9\nsamples = 4\nbad_texels = \"zero\"\noutput = "
+            "\"{map}.exr\"\n",
+            "out", {"-v"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("nan.pfm: 1 NaN, infinite or negative texels were blackened"));
+    EXPECT_THAT(result.err, HasSubstr("black.pfm: the map is black"));
+    EXPECT_THAT(result.err, HasSubstr(folder_.file("out/nan.exr"))) << "-v names each picture";
+    const Picture black = read_picture(folder_.file("out/black.exr"), any_format());
+    EXPECT_THAT(black.rgb, ::testing::Each(0.0F));
+}
+
 TEST_F(Batch, AMapReplacedOrDeletedHalfWayFailsItsRemainingJobs) {
     for (const bool deleted : {false, true}) {
         const std::string out = deleted ? "deleted" : "replaced";
@@ -475,33 +488,6 @@ TEST_F(Batch, TheExampleRunsAsItStands) {
         {"batch", (fs::path(CLERESTORY_SOURCE_DIR) / "docs/turntable.toml").string(), "-o", folder_.file("out")});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_GT(names_in(folder_.path() / "out").size(), 1U);
-}
-
-TEST(AtomicFileLeftovers, OfLivingWritersStay) {
-    const TempFolder folder;
-    write_raw(folder.path() / ".clerestory-0123456789abcdef.part.exr", "half a picture");
-    write_raw(folder.path() / "picture.exr", "a picture");
-    const AtomicFile living(folder.path() / "other.exr");
-    EXPECT_EQ(remove_abandoned(folder.path()), 1U);
-    EXPECT_EQ(remove_abandoned(folder.path() / "missing"), 0U);
-    EXPECT_TRUE(fs::exists(living.temporary()));
-    EXPECT_EQ(names_in(folder.path()).size(), 2U);
-}
-
-TEST(PngText, IsWrittenAndReadBack) {
-    const TempFolder folder;
-    const std::vector<unsigned char> pixels(3 * 4, 77);
-    const std::string file = folder.file("a.png");
-    const PngText text = {{"clerestory:digest", "0123"}, {"Title", "a b"}};
-    write_png(file, 2, 2, 3, pixels.data(), text);
-    EXPECT_EQ(read_png_text(file), text);
-    fs::resize_file(file, fs::file_size(file) - 1);
-    EXPECT_TRUE(read_png_text(file).empty()) << "cut short";
-    write_png(file, 2, 2, 3, pixels.data());
-    EXPECT_TRUE(read_png_text(file).empty());
-    EXPECT_TRUE(read_png_text(folder.file("missing.png")).empty());
-    write_raw(folder.path() / "tiny", "x");
-    EXPECT_TRUE(read_png_text(folder.path() / "tiny").empty());
 }
 
 }  // namespace

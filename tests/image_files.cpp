@@ -12,6 +12,7 @@
 #include <ImfTiledOutputFile.h>
 #include <half.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -74,6 +75,73 @@ void write_pfm_rows(const fs::path& file, std::string bytes, int height, const s
     for (std::size_t y = static_cast<std::size_t>(height); y-- > 0;) {
         append(bytes, values.data() + y * row, row * sizeof(float));
     }
+    write_raw(file, bytes);
+}
+
+struct TiffEntry {
+    std::uint16_t tag, type;
+    std::uint32_t count, value;
+};
+constexpr std::uint16_t TIFF_SHORT = 3, TIFF_LONG = 4;
+
+/// What every float TIFF says; the place of the values is left to `place`, whose tags follow 284 or come before.
+std::vector<TiffEntry> tiff_entries(std::uint32_t w, std::uint32_t h, std::uint32_t n,
+                                    const std::vector<TiffEntry>& place) {
+    std::vector<TiffEntry> entries = {{256, TIFF_LONG, 1, w},
+                                      {257, TIFF_LONG, 1, h},
+                                      {258, TIFF_SHORT, n, 0},
+                                      {259, TIFF_SHORT, 1, 1},
+                                      {262, TIFF_SHORT, 1, n >= 3 ? 2U : 1U},
+                                      {277, TIFF_SHORT, 1, n},
+                                      {284, TIFF_SHORT, 1, 1},
+                                      {339, TIFF_SHORT, n, 0}};
+    if (n > 3) entries.push_back({338, TIFF_SHORT, 1, 1});
+    entries.insert(entries.end(), place.begin(), place.end());
+    std::sort(entries.begin(), entries.end(), [](const TiffEntry& a, const TiffEntry& b) { return a.tag < b.tag; });
+    return entries;
+}
+
+/// Writes `blocks`, strips or tiles of equal size, whose places and sizes the entries `offsets` and `sizes` name.
+void write_tiff(const fs::path& file, std::vector<TiffEntry> entries, std::uint16_t offsets, std::uint16_t sizes,
+                const std::vector<std::vector<float>>& blocks) {
+    constexpr std::uint32_t HEADER = 8, ENTRY = 12;
+    const auto after = static_cast<std::uint32_t>(HEADER + 2 + ENTRY * entries.size() + 4);
+    const auto block_bytes = static_cast<std::uint32_t>(blocks[0].size() * sizeof(float));
+    const auto channels =
+        std::find_if(entries.begin(), entries.end(), [](const TiffEntry& e) { return e.tag == 277; })->value;
+    const auto count = static_cast<std::uint32_t>(blocks.size());
+    // Arrays lie after the directory: bits (32 each) and sample formats (3: float) of the channels, places and sizes of
+    // the blocks. What fits into four bytes stands in the entry itself.
+    const std::uint32_t data = after + 2 * 2 * channels + (count > 1 ? 2 * 4 * count : 0);
+    std::string tail;
+    for (TiffEntry& e : entries) {
+        if (e.tag == 258 || e.tag == 339) {
+            const std::uint16_t each = e.tag == 258 ? 32 : 3;
+            e.value = after + static_cast<std::uint32_t>(tail.size());
+            if (channels <= 2) e.value = channels == 1 ? each : each * 0x10001U;
+            for (std::uint32_t c = 0; c < channels; ++c) append(tail, &each, 2);
+        } else if (e.tag == offsets || e.tag == sizes) {
+            e.count = count;
+            e.value = count > 1          ? after + static_cast<std::uint32_t>(tail.size())
+                      : e.tag == offsets ? data
+                                         : block_bytes;
+            for (std::uint32_t b = 0; count > 1 && b < count; ++b) {
+                const std::uint32_t value = e.tag == offsets ? data + b * block_bytes : block_bytes;
+                append(tail, &value, 4);
+            }
+        }
+    }
+    std::string bytes("II*\0\x08\0\0\0", HEADER);
+    const auto entry_count = static_cast<std::uint16_t>(entries.size());
+    append(bytes, &entry_count, 2);
+    for (const TiffEntry& e : entries) {
+        append(bytes, &e.tag, 2);
+        append(bytes, &e.type, 2);
+        append(bytes, &e.count, 4);
+        append(bytes, &e.value, 4);
+    }
+    bytes += std::string(4, '\0') + tail;
+    for (const auto& block : blocks) append(bytes, block.data(), block.size() * sizeof(float));
     write_raw(file, bytes);
 }
 
@@ -169,50 +237,38 @@ void write_rgbe(const fs::path& file, int width, int height, const std::vector<f
 }
 
 void write_float_tiff(const fs::path& file, int width, int height, int channels, const std::vector<float>& values) {
-    struct Entry {
-        std::uint16_t tag, type;
-        std::uint32_t count, value;
-    };
-    const auto w = static_cast<std::uint32_t>(width);
     const auto h = static_cast<std::uint32_t>(height);
     const auto n = static_cast<std::uint32_t>(channels);
-    constexpr std::uint16_t SHORT = 3, LONG = 4;
-    constexpr std::uint32_t HEADER = 8, ENTRY = 12;
-    std::vector<Entry> entries = {{256, LONG, 1, w},
-                                  {257, LONG, 1, h},
-                                  {258, SHORT, n, 0},
-                                  {259, SHORT, 1, 1},
-                                  {262, SHORT, 1, n >= 3 ? 2U : 1U},
-                                  {273, LONG, 1, 0},
-                                  {277, SHORT, 1, n},
-                                  {278, LONG, 1, h},
-                                  {279, LONG, 1, w * h * n * 4},
-                                  {284, SHORT, 1, 1},
-                                  {339, SHORT, n, 0}};
-    if (n > 3) entries.insert(entries.end() - 1, {338, SHORT, 1, 1});
-    // Per-channel arrays of shorts lie after the directory: bits (32 each), sample formats (3: float).
-    const auto after = static_cast<std::uint32_t>(HEADER + 2 + ENTRY * entries.size() + 4);
-    std::string tail;
-    for (Entry& e : entries) {
-        if (e.tag == 273) e.value = after + 4 * n;
-        if (e.tag != 258 && e.tag != 339) continue;
-        const std::uint16_t each = e.tag == 258 ? 32 : 3;
-        e.value = after + static_cast<std::uint32_t>(tail.size());
-        if (n <= 2) e.value = n == 1 ? each : each * 0x10001U;
-        for (std::uint32_t c = 0; c < n; ++c) append(tail, &each, 2);
+    write_tiff(file,
+               tiff_entries(static_cast<std::uint32_t>(width), h, n,
+                            {{273, TIFF_LONG, 1, 0}, {278, TIFF_LONG, 1, h}, {279, TIFF_LONG, 1, 0}}),
+               273, 279, {values});
+}
+
+void write_tiled_float_tiff(const fs::path& file, int width, int height, int channels, int tile_side,
+                            const std::vector<float>& values) {
+    const auto w = static_cast<std::size_t>(width);
+    const auto h = static_cast<std::size_t>(height);
+    const auto n = static_cast<std::size_t>(channels);
+    const auto side = static_cast<std::size_t>(tile_side);
+    std::vector<std::vector<float>> tiles;
+    for (std::size_t top = 0; top < h; top += side) {
+        for (std::size_t left = 0; left < w; left += side) {
+            std::vector<float>& tile = tiles.emplace_back(side * side * n, -1.0F);
+            for (std::size_t y = top; y < std::min(top + side, h); ++y) {
+                for (std::size_t x = left * n; x < std::min(left + side, w) * n; ++x) {
+                    tile[(y - top) * side * n + x - left * n] = values[y * w * n + x];
+                }
+            }
+        }
     }
-    std::string bytes("II*\0\x08\0\0\0", HEADER);
-    const auto count = static_cast<std::uint16_t>(entries.size());
-    append(bytes, &count, 2);
-    for (const Entry& e : entries) {
-        append(bytes, &e.tag, 2);
-        append(bytes, &e.type, 2);
-        append(bytes, &e.count, 4);
-        append(bytes, &e.value, 4);
-    }
-    bytes += std::string(4, '\0') + tail;
-    append(bytes, values.data(), values.size() * sizeof(float));
-    write_raw(file, bytes);
+    const auto t = static_cast<std::uint32_t>(tile_side);
+    write_tiff(
+        file,
+        tiff_entries(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+                     static_cast<std::uint32_t>(channels),
+                     {{322, TIFF_LONG, 1, t}, {323, TIFF_LONG, 1, t}, {324, TIFF_LONG, 1, 0}, {325, TIFF_LONG, 1, 0}}),
+        324, 325, tiles);
 }
 
 }  // namespace clerestory::test

@@ -48,6 +48,10 @@ void write_rgbe(const std::filesystem::path& file, int width, int height, const 
 void write_float_tiff(const std::filesystem::path& file, int width, int height, int channels,
                       const std::vector<float>& values);
 
+/// The same in square tiles, of which there are several; `tile_side` is a multiple of 16.
+void write_tiled_float_tiff(const std::filesystem::path& file, int width, int height, int channels, int tile_side,
+                            const std::vector<float>& values);
+
 /// A picture whose every value differs and is exact in half, float and (`scale` a power of two) RGBE's shared exponent.
 std::vector<float> ramp(std::size_t count, float scale = 1.0F / 64);
 

@@ -230,6 +230,16 @@ TEST_F(Image, RadianceFilesOfEveryOtherKindAreReadWithTheTopRowFirst) {
     }
 }
 
+/// Tiles hang over the right and the lower edge, and there are more rows of them than one band holds.
+TEST_F(Image, TiledFilesOfOtherKindsAreReadBothWaysUp) {
+    const std::vector<float> rgb = ramp(3 * 37 * 85);
+    test::write_tiled_float_tiff(folder_.file("map.tif"), 37, 85, 3, 16, rgb);
+    EXPECT_EQ(values(read_map(folder_.file("map.tif"), options())), rgb);
+    ReadOptions flip = options();
+    flip.flip_y = true;
+    EXPECT_EQ(values(read_map(folder_.file("map.tif"), flip)), flipped(rgb, 85));
+}
+
 TEST_F(Image, OtherKindsHaveAnyNumberOfChannels) {
     const std::vector<float> one = ramp(9 * 7);
     test::write_grey_pfm(folder_.file("one.pfm"), 9, 7, one);
