@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Which lines of host code the tests run: a table by file and the total; fails below 90 %. Kernels are held by the oclgrind suite. Builds
-# everything anew and runs the whole suite unoptimised, so it is no part of .ci/run.
+# Which lines of host code the tests run: a table by file and the total; fails below 90 %. Kernels are held by the oclgrind suite, and the
+# slow references, which only tests call, are not counted. Builds everything anew and runs the whole suite hardly optimised: no part of
+# .ci/run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/prepare.sh
@@ -10,4 +11,4 @@ build coverage
 find build/coverage -name '*.gcda' -delete
 # Instrumented objects name the folder of their counters, which one test forbids of what is installed.
 ctest --test-dir build/coverage --output-on-failure -j "$(nproc)" -LE large -E 'NoInstalledFileNamesThePlace' "$@"
-gcovr --root . --filter 'src/' --filter 'include/' --print-summary --fail-under-line 90 build/coverage
+gcovr --root . --filter 'src/' --filter 'include/' --exclude 'src/reference/' --print-summary --fail-under-line 90 build/coverage
