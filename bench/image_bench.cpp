@@ -11,8 +11,6 @@
 namespace clerestory::bench {
 namespace {
 
-constexpr double TARGET = 1 / 1.15;
-
 /// A map as an uncompressed float EXR file, removed in the end.
 class MapFile {
   public:
