@@ -1,7 +1,9 @@
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "harness.hpp"
+#include "lights.hpp"
 #include "reference/shade.hpp"
 #include "samples.hpp"
 #include "scenes.hpp"
@@ -14,6 +16,7 @@ constexpr std::size_t SIZE = 511;
 /// Two fma, a max and three fma for each pixel and light.
 constexpr double FLOP_A_PAIR = 12;
 constexpr double TARGET = 0.85;
+constexpr std::size_t MOST_CHECKED = 2048;  // lights: the reference is slow
 
 /// A few pixels against the sum in long double.
 bool shading_right(const LitMap& lit, const SampleSet& set, const SphereView& view, const Buffer<cl_float>& white) {
@@ -43,6 +46,18 @@ bool shading_right(const LitMap& lit, const SampleSet& set, const SphereView& vi
     return true;
 }
 
+/// What a pixel and a light cost, in the flop of the plain sum; groups of pixels need less of it.
+Work pairs(unsigned cores, const SphereView& view, std::size_t lights) {
+    Work work;
+    work.cores = cores;
+    work.items = static_cast<double>(view.count * lights);
+    work.item = "pair";
+    work.ceiling = Ceiling::multiply_add;
+    work.amount = FLOP_A_PAIR * work.items;
+    if (cores == all_cores()) work.target_of_ceiling = TARGET;
+    return work;
+}
+
 /// One set of lights for all pixels; the drawing of the set is a small part.
 void shade_shared(benchmark::State& state, std::size_t lights) {
     const auto cores = static_cast<unsigned>(state.range(0));
@@ -53,23 +68,39 @@ void shade_shared(benchmark::State& state, std::size_t lights) {
     Sampler sampler(device, lit.on_device, lit.distribution, {});
     SharedShader shader(device);
     shader.shade(sampler, lit.distribution, view, lights, white);
-    constexpr std::size_t MOST_CHECKED = 2048;
     if (lights <= MOST_CHECKED &&
         !check(state, shading_right(lit, sampler.draw(lights), view, white), "pixels differ from reference::shade"))
         return;
-    Work work;
-    work.cores = cores;
-    work.items = static_cast<double>(view.count * lights);
-    work.item = "pair";
-    work.ceiling = Ceiling::multiply_add;
-    work.amount = FLOP_A_PAIR * work.items;
-    if (cores == all_cores()) work.target_of_ceiling = TARGET;
-    time_runs(state, work, [&] { shader.shade(sampler, lit.distribution, view, lights, white); });
+    time_runs(state, pairs(cores, view, lights), [&] { shader.shade(sampler, lit.distribution, view, lights, white); });
 }
 BENCHMARK_CAPTURE(shade_shared, 64, 64)->Apply(one_and_all_cores);
 BENCHMARK_CAPTURE(shade_shared, 1024, 1024)->Apply(one_and_all_cores);
 BENCHMARK_CAPTURE(shade_shared, 8192, 8192)->Apply(one_and_all_cores);
 BENCHMARK_CAPTURE(shade_shared, 65536, 65536)->Apply(one_and_all_cores);
+
+/// The same sum, every light at every pixel: what groups of pixels are held against.
+void shade_every_pair(benchmark::State& state) {
+    constexpr std::size_t LIGHTS = 1024;
+    const auto cores = static_cast<unsigned>(state.range(0));
+    LitMap& lit = lit_map(Light::city, 1024, 512, cores);
+    const Device& device = device_of(cores);
+    const SphereView view(device, SIZE);
+    auto white = view.planes(device);
+    Sampler sampler(device, lit.on_device, lit.distribution, {});
+    const SampleSet set = sampler.draw(LIGHTS);
+    LightShader shader(device, true);
+    Lights lights(device, LIGHTS);
+    shader.weigh(set, std::ldexp(1.0F, -lit.distribution.exponent), static_cast<float>(1 / (std::numbers::pi * LIGHTS)),
+                 lights);
+    const auto run = [&] {
+        shader.shade(view, lights, false, white);
+        device.finish();
+    };
+    run();
+    if (!check(state, shading_right(lit, set, view, white), "pixels differ from reference::shade")) return;
+    time_runs(state, pairs(cores, view, LIGHTS), run);
+}
+BENCHMARK(shade_every_pair)->Apply(one_and_all_cores);
 
 /// A set of its own for each pixel: as much drawing as shading. Checked against the shared picture, which is the same
 /// light.

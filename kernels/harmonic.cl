@@ -239,3 +239,79 @@ kernel void evaluate_harmonics(global const float* normal, global const float* t
         STORE_PIXELS(fmax(blue[k], least), at, white + 2 * (size_t)stride);
     }
 }
+
+/// Registers of lights that one work-item of project_lights takes: LIGHT_REGISTERS * PIXELS_WIDE lights.
+#ifndef LIGHT_REGISTERS
+#define LIGHT_REGISTERS 16
+#endif
+
+/// Sums over lights of weight times harmonic: the coefficients of light that comes from single directions.
+///   light [6 * light_stride]  planes x, y, z, weights of R, G, B; zeros from the last light on
+///   terms                     as in evaluate_harmonics, of which the values and steps are read
+///   sums  [items * size]      in the layout of terms: for R, G, B the sums of weight times x, y, z; then in the place of
+///                             each six coefficients the sums of weight times function and cosine, of R, G, B, then
+///                             times sine. Other places are not written.
+/// Range: one work-item per LIGHT_REGISTERS * PIXELS_WIDE lights. No local memory, no barrier.
+/// Error: 1.5e-6 of the weights' sum at degree 8, 3.4e-6 at degree 40 (bounds of tests/lights_test.cpp).
+kernel void project_lights(global const float* light, uint light_stride, global const float* terms, uint degree,
+                           uint items, uint size, global float* sums) {
+    const size_t item = get_global_id(0);
+    if (item >= items) return;
+    const size_t stride = light_stride;
+    const uint registers = (uint)(min(stride / PIXELS_WIDE - item * LIGHT_REGISTERS, (size_t)LIGHT_REGISTERS));
+    global const float* block = light + item * LIGHT_REGISTERS * PIXELS_WIDE;
+    global float* to = sums + item * size;
+    for (uint c = 0u; c < 3u; ++c) {
+        pixels_t along[3] = {(pixels_t)(0.0f), (pixels_t)(0.0f), (pixels_t)(0.0f)};
+        for (uint v = 0u; v < registers; ++v) {
+            const pixels_t w = LOAD_PIXELS(v, block + (3 + c) * stride);
+#pragma unroll
+            for (uint d = 0u; d < 3u; ++d) along[d] = fma(w, LOAD_PIXELS(v, block + d * stride), along[d]);
+        }
+        for (uint d = 0u; d < 3u; ++d) to[3u * c + d] = sum_lanes(along[d]);
+    }
+    pixels_t cosine[LIGHT_REGISTERS], sine[LIGHT_REGISTERS], before[LIGHT_REGISTERS], here[LIGHT_REGISTERS];
+    pixels_t weight[LIGHT_REGISTERS][6];
+    for (uint v = 0u; v < registers; ++v) {
+        cosine[v] = (pixels_t)(1.0f);
+        sine[v] = (pixels_t)(0.0f);
+    }
+    uint next = 9u;
+    for (uint m = 0u; m <= degree; ++m) {
+        const float start = terms[next++];
+        for (uint v = 0u; v < registers; ++v) {
+            before[v] = (pixels_t)(0.0f);
+            here[v] = (m & 1u) != 0u ? start * LOAD_PIXELS(v, block + stride) : (pixels_t)(start);
+#pragma unroll
+            for (uint c = 0u; c < 3u; ++c) {
+                const pixels_t w = LOAD_PIXELS(v, block + (3 + c) * stride);
+                weight[v][c] = w * cosine[v];
+                weight[v][3 + c] = w * sine[v];
+            }
+        }
+        for (uint l = m + (m & 1u); l <= degree; l += 2u) {
+            pixels_t sum[6];
+#pragma unroll
+            for (uint c = 0u; c < 6u; ++c) sum[c] = (pixels_t)(0.0f);
+            for (uint v = 0u; v < registers; ++v) {
+                const pixels_t y = LOAD_PIXELS(v, block + stride);
+#pragma unroll
+                for (uint c = 0u; c < 6u; ++c) sum[c] = fma(here[v], weight[v][c], sum[c]);
+                const pixels_t after = fma(fma(y * y, (pixels_t)(terms[next]), (pixels_t)(terms[next + 1u])), here[v],
+                                           before[v] * terms[next + 2u]);
+                before[v] = here[v];
+                here[v] = after;
+            }
+#pragma unroll
+            for (uint c = 0u; c < 6u; ++c) to[next + 3u + c] = sum_lanes(sum[c]);
+            next += 9u;
+        }
+        for (uint v = 0u; v < registers; ++v) {
+            const pixels_t x = LOAD_PIXELS(v, block);
+            const pixels_t z = LOAD_PIXELS(v, block + 2 * stride);
+            const pixels_t turned = fma(cosine[v], x, -(sine[v] * z));
+            sine[v] = fma(cosine[v], z, sine[v] * x);
+            cosine[v] = turned;
+        }
+    }
+}

@@ -1,9 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
-#include "draw.clh"
-#include "sequence.clh"
-#include "shading.clh"
+#include "pixels.clh"
 
-/// Registers of PIXELS_WIDE pixels that one work-item fills: enough independent sums to hide an fma's latency.
+/// Registers of PIXELS_WIDE pixels that are summed side by side: enough independent sums to hide an fma's latency.
 #ifndef REGISTERS
 #define REGISTERS 4
 #endif
@@ -12,40 +10,53 @@
 #define LIGHTS_PER_BLOCK 256u
 #endif
 
-/// Lights of a sample set: direction and 1/(pi N) of radiance over density.
-///   light [8 * count]  x, y, z, 0, weights of R, G, B, 0
-///   scale              2^-exponent of the map, which keeps the quotient within float32
-///   inverse_count      1 / (pi N)
-/// Range: one work-item per sample.
+/// Lights of a sample set: direction and 1/(pi N) of radiance over density, in planes of `stride`, zeros from `count`
+/// on.
+///   light [6 * stride]  x, y, z, weights of R, G, B
+///   scale               2^-exponent of the map, which keeps the quotient within float32
+///   inverse_count       1 / (pi N)
+/// Range: one work-item per light, padding included.
 kernel void weigh_lights(global const float* direction, global const float* pdf, global const float* drawn, uint count,
-                         float scale, float inverse_count, global float* light) {
-    const uint at = (uint)get_global_id(0);
-    if (at >= count) return;
-    const float factor = inverse_count / pdf[at];
-    global float* to = light + 8 * (size_t)at;
-    to[0] = direction[at];
-    to[1] = direction[(size_t)count + at];
-    to[2] = direction[2 * (size_t)count + at];
-    to[3] = 0.0f;
-    to[4] = drawn[at] * scale * factor;
-    to[5] = drawn[(size_t)count + at] * scale * factor;
-    to[6] = drawn[2 * (size_t)count + at] * scale * factor;
-    to[7] = 0.0f;
+                         float scale, float inverse_count, uint stride, global float* light) {
+    const size_t at = get_global_id(0);
+    if (at >= stride) return;
+    const bool real = at < count;
+    const float factor = real ? inverse_count / pdf[at] : 0.0f;
+    for (size_t c = 0; c < 3; ++c) {
+        light[c * stride + at] = real ? direction[c * count + at] : 0.0f;
+        light[(3 + c) * stride + at] = real ? drawn[c * count + at] * scale * factor : 0.0f;
+    }
 }
 
-/// Every pixel lit by one set of lights: radiance of a white diffuse surface.
-///   normal [3 * stride]  three planes, unit length
-///   light  [8 * count]   see weigh_lights
+/// Adds one light to the sums of REGISTERS registers of pixels.
+#define ADD_LIGHT(light, stride, j)                                                                  \
+    {                                                                                                \
+        const float x = (light)[j], y = (light)[(stride) + (j)], z = (light)[2 * (stride) + (j)];    \
+        const float wr = (light)[3 * (stride) + (j)];                                                \
+        const float wg = (light)[4 * (stride) + (j)];                                                \
+        const float wb = (light)[5 * (stride) + (j)];                                                \
+        _Pragma("unroll") for (int k = 0; k < REGISTERS; ++k) {                                      \
+            const pixels_t cosine = fmax(fma(nx[k], x, fma(ny[k], y, nz[k] * z)), (pixels_t)(0.0f)); \
+            r[k] = fma(cosine, (pixels_t)(wr), r[k]);                                                \
+            g[k] = fma(cosine, (pixels_t)(wg), g[k]);                                                \
+            b[k] = fma(cosine, (pixels_t)(wb), b[k]);                                                \
+        }                                                                                            \
+    }
+
+/// Every pixel lit by one set of lights: radiance of a white diffuse surface. Every light meets every pixel.
+///   normal [3 * stride]        three planes, unit length
+///   light  [6 * light_stride]  see weigh_lights
 ///   add    0: the result replaces what stands in white; 1: it is added, for light sets that come in batches
-///   white  [3 * stride]  three planes: R, G, B, times 2^-exponent of the map
+///   white  [3 * stride]        three planes: R, G, B, times 2^-exponent of the map
 /// Range: one work-item per PIXELS_WIDE * REGISTERS pixels; stride is a multiple of that. No local memory, no barrier.
 /// Cost: 12 flop per pixel and light. Lights are added in their order, so the result is the same for any range.
 /// Error: 1e-6 relative RMSE (measured in tests/stage4_shade_test.cpp).
 /// Source: Pharr, Jakob, Humphreys, PBRT 4th ed., 2.1.
-kernel void shade_shared(global const float* normal, global const float* light, uint count, uint stride, uint items,
-                         uint add, global float* white) {
+kernel void shade_shared(global const float* normal, global const float* light, uint count, uint light_stride,
+                         uint stride, uint items, uint add, global float* white) {
     const size_t item = get_global_id(0);
     if (item >= items) return;
+    const size_t lights = light_stride;
     pixels_t nx[REGISTERS], ny[REGISTERS], nz[REGISTERS];
     pixels_t red[REGISTERS], green[REGISTERS], blue[REGISTERS];
 #pragma unroll
@@ -63,18 +74,7 @@ kernel void shade_shared(global const float* normal, global const float* light, 
         pixels_t r[REGISTERS], g[REGISTERS], b[REGISTERS];
 #pragma unroll
         for (int k = 0; k < REGISTERS; ++k) r[k] = g[k] = b[k] = (pixels_t)(0.0f);
-        for (uint j = first; j < last; ++j) {
-            global const float* l = light + 8 * (size_t)j;
-            const float x = l[0], y = l[1], z = l[2];
-            const float wr = l[4], wg = l[5], wb = l[6];
-#pragma unroll
-            for (int k = 0; k < REGISTERS; ++k) {
-                const pixels_t counted = sample_lobes(nx[k], ny[k], nz[k], x, y, z);
-                r[k] = fma(counted, (pixels_t)(wr), r[k]);
-                g[k] = fma(counted, (pixels_t)(wg), g[k]);
-                b[k] = fma(counted, (pixels_t)(wb), b[k]);
-            }
-        }
+        for (uint j = first; j < last; ++j) ADD_LIGHT(light, lights, j)
 #pragma unroll
         for (int k = 0; k < REGISTERS; ++k) {
             red[k] += r[k];
@@ -91,43 +91,96 @@ kernel void shade_shared(global const float* normal, global const float* light, 
     }
 }
 
-/// Adds samples 2k and 2k + 1 of each pixel's own set to the pixel; run for k = 0 .. ceil(N / 2) - 1, in order.
-///   stream [stride]      number of each pixel's stream: its place in the image
-///   both                 0 where the last sample of an odd N stands alone
-///   white  [3 * stride]  three planes, added to; written first where k is 0, unless a control variate stands there
-/// Range: one work-item per pixel: without an inner loop the device's vectors run across pixels.
-/// Error: 3e-6 relative RMSE at worst, of one sample low over the horizon (measured in tests/stage4_shade_test.cpp).
-kernel void shade_per_pixel(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
-                            global const uint* conditional, global const uint* conditional_guide, uint width,
-                            uint column_bits, global const RowFrame* frames, global const float* radiance,
-                            float inverse_width, float rotation, uint seed_low, uint seed_high, Strata strata,
-                            float scale, float inverse_count, uint k, uint both, global const float* normal,
-                            global const uint* stream, uint stride, global float* white) {
-    const uint at = (uint)get_global_id(0);
-    if (at >= stride) return;
-    const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
-    const PointPair points = sequence_points(seed_low, seed_high, DOMAIN_PER_PIXEL, stream[at], k, strata);
-    const float nx = normal[at];
-    const float ny = normal[(size_t)stride + at];
-    const float nz = normal[2 * (size_t)stride + at];
-    float r = 0.0f;
-    float g = 0.0f;
-    float b = 0.0f;
-    // Radiance meets the map's scale first: the scale times the rest may leave float32 where all three together do not.
+#if PIXELS_WIDE == 16
+/// Registers of a group: GROUP_PIXELS pixels that lie together on the sphere.
+#define GROUP_REGISTERS (GROUP_PIXELS / PIXELS_WIDE)
+
+/// What shade_shared computes, for groups of pixels whose normals lie within a cone. A light that is above the horizon
+/// of the whole cone lights every pixel of the group by n . sum of w l, so such lights are summed once a group, as
+/// three vectors; one below it lights none. Only those whose horizon crosses the cone meet the pixels one by one: for
+/// groups of 256 pixels of a picture 511 wide, one in eleven.
+///   cone [4 * groups]  axis x, y, z, unit length, and the sine of the half angle with a margin for rounding; above 1:
+///                      every light may cross
+/// The rest as in shade_shared. Range: one work-item per group.
+/// Error: 1e-6 relative RMSE (measured in tests/stage4_shade_test.cpp); sums are in another order than shade_shared's.
+kernel void shade_groups(global const float* normal, global const float* cone, global const float* light, uint count,
+                         uint light_stride, uint stride, uint groups, uint add, global float* white) {
+    const size_t group = get_global_id(0);
+    if (group >= groups) return;
+    const size_t lights = light_stride;
+    const size_t first_register = group * GROUP_REGISTERS;
+    const pixels_t ax = (pixels_t)(cone[4 * group]);
+    const pixels_t ay = (pixels_t)(cone[4 * group + 1]);
+    const pixels_t az = (pixels_t)(cone[4 * group + 2]);
+    const float reach = cone[4 * group + 3];
+    pixels_t moment[9], sum[3 * GROUP_REGISTERS];
+    for (int c = 0; c < 9; ++c) moment[c] = (pixels_t)(0.0f);
+    for (int c = 0; c < 3 * GROUP_REGISTERS; ++c) sum[c] = (pixels_t)(0.0f);
+    float towards[LIGHTS_PER_BLOCK];
+    uint crossing[LIGHTS_PER_BLOCK];
+    for (uint first = 0u; first < count; first += LIGHTS_PER_BLOCK) {
+        const uint here = min(LIGHTS_PER_BLOCK, count - first);
+        global const float* block = light + first;
+        pixels_t whole[9];
 #pragma unroll
-    for (int which = 0; which < 2; ++which) {
-        const Draw draw = draw_texel(tables, which == 0 ? points.even : points.odd);
-        const RowFrame frame = load_frame(frames, draw.row);
-        const Direction towards = draw_direction(draw, frame, inverse_width, rotation);
-        const float counted = lobe(FMA(nx, towards.x, FMA(ny, towards.y, nz * towards.z)));
-        const float factor = which == 1 && both == 0u ? 0.0f : counted * (inverse_count / draw_pdf(draw, frame));
-        const size_t index = 3 * ((size_t)draw.row * width + draw.column);
-        r = FMA(radiance[index] * scale, factor, r);
-        g = FMA(radiance[index + 1] * scale, factor, g);
-        b = FMA(radiance[index + 2] * scale, factor, b);
+        for (int c = 0; c < 9; ++c) whole[c] = (pixels_t)(0.0f);
+        for (uint v = 0u; v * PIXELS_WIDE < here; ++v) {
+            const pixels_t x = LOAD_PIXELS(v, block);
+            const pixels_t y = LOAD_PIXELS(v, block + lights);
+            const pixels_t z = LOAD_PIXELS(v, block + 2 * lights);
+            const pixels_t cosine = fma(ax, x, fma(ay, y, az * z));
+            STORE_PIXELS(cosine, v, towards);
+#pragma unroll
+            for (int c = 0; c < 3; ++c) {
+                const pixels_t w = cosine > reach ? LOAD_PIXELS(v, block + (3 + c) * lights) : (pixels_t)(0.0f);
+                whole[3 * c] = fma(w, x, whole[3 * c]);
+                whole[3 * c + 1] = fma(w, y, whole[3 * c + 1]);
+                whole[3 * c + 2] = fma(w, z, whole[3 * c + 2]);
+            }
+        }
+#pragma unroll
+        for (int c = 0; c < 9; ++c) moment[c] += whole[c];
+        uint crossings = 0u;
+        for (uint j = 0u; j < here; ++j) {
+            crossing[crossings] = j;
+            crossings += fabs(towards[j]) <= reach ? 1u : 0u;
+        }
+        if (crossings == 0u) continue;
+        for (int pass = 0; pass < GROUP_REGISTERS; pass += REGISTERS) {
+            pixels_t nx[REGISTERS], ny[REGISTERS], nz[REGISTERS];
+            pixels_t r[REGISTERS], g[REGISTERS], b[REGISTERS];
+#pragma unroll
+            for (int k = 0; k < REGISTERS; ++k) {
+                const size_t at = first_register + pass + k;
+                nx[k] = LOAD_PIXELS(at, normal);
+                ny[k] = LOAD_PIXELS(at, normal + stride);
+                nz[k] = LOAD_PIXELS(at, normal + 2 * (size_t)stride);
+                r[k] = g[k] = b[k] = (pixels_t)(0.0f);
+            }
+            for (uint i = 0u; i < crossings; ++i) ADD_LIGHT(block, lights, crossing[i])
+#pragma unroll
+            for (int k = 0; k < REGISTERS; ++k) {
+                sum[3 * (pass + k)] += r[k];
+                sum[3 * (pass + k) + 1] += g[k];
+                sum[3 * (pass + k) + 2] += b[k];
+            }
+        }
     }
-    const bool fresh = CONTROL_DEGREE == 0 && k == 0u;
-    white[at] = fresh ? r : white[at] + r;
-    white[(size_t)stride + at] = fresh ? g : white[(size_t)stride + at] + g;
-    white[2 * (size_t)stride + at] = fresh ? b : white[2 * (size_t)stride + at] + b;
+    float m[9];
+#pragma unroll
+    for (int c = 0; c < 9; ++c) m[c] = sum_lanes(moment[c]);
+    for (int k = 0; k < GROUP_REGISTERS; ++k) {
+        const size_t at = first_register + k;
+        const pixels_t nx = LOAD_PIXELS(at, normal);
+        const pixels_t ny = LOAD_PIXELS(at, normal + stride);
+        const pixels_t nz = LOAD_PIXELS(at, normal + 2 * (size_t)stride);
+#pragma unroll
+        for (int c = 0; c < 3; ++c) {
+            global float* to = white + c * (size_t)stride;
+            const pixels_t whole = fma(nx, (pixels_t)(m[3 * c]), fma(ny, (pixels_t)(m[3 * c + 1]), nz * m[3 * c + 2]));
+            const pixels_t before = add == 0u ? (pixels_t)(0.0f) : LOAD_PIXELS(at, to);
+            STORE_PIXELS(before + (whole + sum[3 * k + c]), at, to);
+        }
+    }
 }
+#endif

@@ -13,6 +13,8 @@
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "legendre.hpp"
+#include "lights.hpp"
+#include "registers.hpp"
 
 namespace clerestory {
 namespace {
@@ -20,10 +22,9 @@ namespace {
 using std::numbers::pi;
 constexpr std::size_t CHANNELS = 3;
 
-constexpr std::size_t PIXELS_WIDE_ON_CPU = 16;
-constexpr std::size_t SHADE_REGISTERS = 4;
 constexpr std::size_t HARMONIC_REGISTERS = 2;
 constexpr std::size_t ROWS_PER_ITEM = 4;
+constexpr std::size_t LIGHT_REGISTERS = 16;
 // Histograms for each compute unit: more share the rows out evenly, fewer are joined sooner.
 constexpr std::size_t HISTOGRAMS_PER_UNIT = 4;
 // Largest side of a light, radians: a texel of a map 512 wide. A light counts as a point, which is wrong only for
@@ -121,32 +122,48 @@ void judge_truncation(HarmonicLight& light, double energy) {
     light.truncation_estimate = std::min(rms(beyond), light.truncation_bound);
 }
 
-/// What evaluate_harmonics reads: the series turned by the rotation, lit by the clamped cosine.
-std::vector<float> series_terms(const HarmonicLight& light, double rotation) {
-    const std::size_t degree = light.degree;
-    const std::vector<double> factors = lambert_factors(degree);
-    const auto turned = [&](std::size_t l, std::size_t m) {
-        const auto& from = light.coefficients[triangle_index(l, m)];
+/// The coefficients of a map that is turned by `rotation`.
+HarmonicCoefficients turned(const HarmonicCoefficients& coefficients, std::size_t degree, double rotation) {
+    HarmonicCoefficients to(coefficients.size());
+    for (std::size_t m = 0; m <= degree; ++m) {
         const double c = std::cos(static_cast<double>(m) * rotation);
         const double s = std::sin(static_cast<double>(m) * rotation);
-        const double gain = factors[l] * (m == 0 ? 1 : std::numbers::sqrt2);
-        std::array<double, 6> to{};
-        for (std::size_t k = 0; k < CHANNELS; ++k) {
-            to[k] = gain * (c * from[k] - s * from[CHANNELS + k]);
-            to[CHANNELS + k] = gain * (s * from[k] + c * from[CHANNELS + k]);
+        for (std::size_t l = m; l <= degree; ++l) {
+            const std::size_t at = triangle_index(l, m);
+            for (std::size_t k = 0; k < CHANNELS; ++k) {
+                to[at][k] = c * coefficients[at][k] - s * coefficients[at][CHANNELS + k];
+                to[at][CHANNELS + k] = s * coefficients[at][k] + c * coefficients[at][CHANNELS + k];
+            }
         }
-        return to;
-    };
+    }
+    return to;
+}
+
+// sqrt(3 / (4 pi)), what the harmonics of degree 1 are of x, y and z.
+const double FIRST_DEGREE = std::sqrt(3 / (4 * pi));
+
+/// Calls step(l, m, at) for every step of what evaluate_harmonics reads, `at` its place in there; returns the size.
+template <class Step>
+std::size_t walk_terms(std::size_t degree, const Step& step) {
+    std::size_t at = 3 * CHANNELS;
+    for (std::size_t m = 0; m <= degree; ++m) {
+        ++at;
+        for (std::size_t l = m + m % 2; l <= degree; l += 2, at += 9) step(l, m, at);
+    }
+    return at;
+}
+
+/// What evaluate_harmonics reads: a series, lit by the clamped cosine.
+std::vector<float> series_terms(const HarmonicCoefficients& series, std::size_t degree) {
+    const std::vector<double> factors = lambert_factors(degree);
     std::vector<float> terms;
     const auto add = [&](double value) { terms.push_back(static_cast<float>(value)); };
-    const auto along = degree == 0 ? std::array<double, 6>{} : turned(1, 0);
-    const auto across = degree == 0 ? std::array<double, 6>{} : turned(1, 1);
-    const double y_first = std::sqrt(3 / (4 * pi));        // P_10 / y
-    const double x_first = y_first / std::numbers::sqrt2;  // P_11 / sin(theta)
+    const auto along = degree == 0 ? std::array<double, 6>{} : series[triangle_index(1, 0)];
+    const auto across = degree == 0 ? std::array<double, 6>{} : series[triangle_index(1, 1)];
     for (std::size_t k = 0; k < CHANNELS; ++k) {
-        add(x_first * across[k]);
-        add(y_first * along[k]);
-        add(x_first * across[CHANNELS + k]);
+        for (const double c : {across[k], along[k], across[CHANNELS + k]}) {
+            add(degree == 0 ? 0 : factors[1] * FIRST_DEGREE * c);
+        }
     }
     const auto alpha_square = [](double l, double m) { return l <= m ? 0 : (l * l - m * m) / (4 * l * l - 1); };
     double first = 1 / std::sqrt(4 * pi);  // P_mm / sin(theta)^m
@@ -160,41 +177,43 @@ std::vector<float> series_terms(const HarmonicLight& light, double rotation) {
             add(1 / up);
             add(-(alpha_square(d + 1, order) + alpha_square(d, order)) / up);
             add(-std::sqrt(alpha_square(d, order) * alpha_square(d - 1, order)) / up);
-            for (const double c : turned(l, m)) add(c);
+            for (const double c : series[triangle_index(l, m)])
+                add(factors[l] * (m == 0 ? 1 : std::numbers::sqrt2) * c);
         }
     }
     return terms;
 }
 
-/// The lights as shade_shared reads them.
-std::vector<float> light_records(const HarmonicLight& light, double rotation) {
+/// Direct lights as a shader takes them.
+Lights lights_of(const Device& device, const HarmonicLight& light, double rotation) {
     const double c = std::cos(rotation);
     const double s = std::sin(rotation);
-    std::vector<float> records(8 * light.lights.size(), 0.0F);
+    Lights lights(device, light.lights.size());
+    std::vector<float> planes(lights.planes.size(), 0.0F);
     for (std::size_t i = 0; i < light.lights.size(); ++i) {
         const auto& [v, radiance] = light.lights[i];
-        float* const to = records.data() + 8 * i;
         const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        to[0] = static_cast<float>((v[0] * c - v[2] * s) / length);
-        to[1] = static_cast<float>(v[1] / length);
-        to[2] = static_cast<float>((v[0] * s + v[2] * c) / length);
+        const auto plane = [&](std::size_t p) -> float& { return planes[p * lights.stride + i]; };
+        plane(0) = static_cast<float>((v[0] * c - v[2] * s) / length);
+        plane(1) = static_cast<float>(v[1] / length);
+        plane(2) = static_cast<float>((v[0] * s + v[2] * c) / length);
         for (std::size_t k = 0; k < CHANNELS; ++k) {
-            to[4 + k] = static_cast<float>(length / pi * static_cast<double>(radiance[k]));
+            plane(3 + k) = static_cast<float>(length / pi * static_cast<double>(radiance[k]));
         }
     }
-    return records;
+    lights.planes.upload(planes);
+    return lights;
 }
 
 std::string defines(const Device& device) {
-    return fmt::format("-DPIXELS_WIDE={} -DREGISTERS={} -DHARMONIC_REGISTERS={} -DROWS_PER_ITEM={}",
-                       device.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1, SHADE_REGISTERS, HARMONIC_REGISTERS,
-                       ROWS_PER_ITEM);
+    return fmt::format("-DPIXELS_WIDE={} -DHARMONIC_REGISTERS={} -DROWS_PER_ITEM={} -DLIGHT_REGISTERS={}",
+                       pixels_wide_on(device), HARMONIC_REGISTERS, ROWS_PER_ITEM, LIGHT_REGISTERS);
 }
 
 }  // namespace
 
 struct HarmonicShader::State {
-    explicit State(const Device& opened) : device(opened), pixels_wide(opened.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1) {}
+    explicit State(const Device& opened) : device(opened), pixels_wide(pixels_wide_on(opened)) {}
 
     const Device& device;
     std::size_t pixels_wide;
@@ -208,14 +227,9 @@ struct HarmonicShader::State {
     Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Floats> evaluate_harmonics{
         device, program, "evaluate_harmonics"};
 
-    /// Shading with direct lights, built when first needed: a control variate has none.
-    struct Direct {
-        explicit Direct(const Device& device)
-            : program(device, "stage4_shade.cl", defines(device)), shade_shared(device, program, "shade_shared") {}
-        Program program;
-        Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared;
-    };
-    std::optional<Direct> direct;
+    Kernel<Floats, cl_uint, Floats, cl_uint, cl_uint, cl_uint, Floats> project_lights{device, program,
+                                                                                      "project_lights"};
+    std::optional<LightShader> direct;  ///< built when first needed: a control variate has no direct lights
 
     /// What depends on a map's size and the degree alone, kept from one map to the next.
     struct Tables {
@@ -330,14 +344,29 @@ struct HarmonicShader::State {
         return energy;
     }
 
-    void evaluate(const HarmonicLight& light, double rotation, const SphereView& view, bool add, bool clamped,
-                  Floats& white) {
-        const std::vector<float> series = series_terms(light, rotation);
-        const Floats terms(device, "the harmonic series", std::span<const float>(series));
+    void evaluate(const HarmonicCoefficients& series, std::size_t degree, const SphereView& view, bool add,
+                  bool clamped, Floats& white) {
+        const std::vector<float> values = series_terms(series, degree);
+        const Floats terms(device, "the harmonic series", std::span<const float>(values));
         const std::size_t items = view.stride / (pixels_wide * HARMONIC_REGISTERS);
-        evaluate_harmonics({items, device.work_group(4)}, view.normal, terms, narrow(light.degree), narrow(view.stride),
+        evaluate_harmonics({items, device.work_group(4)}, view.normal, terms, narrow(degree), narrow(view.stride),
                            narrow(items), add ? 1U : 0U, clamped ? 1U : 0U, white);
         device.finish();
+    }
+
+    /// Sums of project_lights over all of its work-items.
+    std::vector<double> sums_over(const Lights& lights, std::size_t degree) {
+        const std::vector<float> steps = series_terms(HarmonicCoefficients(triangle_size(degree)), degree);
+        const Floats terms(device, "the harmonics' steps", std::span<const float>(steps));
+        const std::size_t each = pixels_wide * LIGHT_REGISTERS;
+        const std::size_t items = (lights.stride + each - 1) / each;
+        Floats sums(device, "the lights' harmonics", items * steps.size());
+        project_lights({items, device.work_group(1)}, lights.planes, narrow(lights.stride), terms, narrow(degree),
+                       narrow(items), narrow(steps.size()), sums);
+        const std::vector<float> found = sums.download();
+        std::vector<double> total(steps.size(), 0);
+        for (std::size_t i = 0; i < found.size(); ++i) total[i % steps.size()] += static_cast<double>(found[i]);
+        return total;
     }
 };
 
@@ -366,19 +395,42 @@ void HarmonicShader::shade(const HarmonicLight& light, double rotate_y_deg, cons
     State& s = *state_;
     const double rotation = rotate_y_deg * pi / 180;
     if (!light.lights.empty()) {
-        const std::vector<float> records = light_records(light, rotation);
-        const Floats lights(s.device, "the direct lights", std::span<const float>(records));
-        const std::size_t items = view.stride / (s.pixels_wide * SHADE_REGISTERS);
         if (!s.direct) s.direct.emplace(s.device);
-        s.direct->shade_shared({items, s.device.work_group(4)}, view.normal, lights, narrow(light.lights.size()),
-                               narrow(view.stride), narrow(items), 0U, white);
+        s.direct->shade(view, lights_of(s.device, light, rotation), false, white);
     }
-    s.evaluate(light, rotation, view, !light.lights.empty(), true, white);
+    s.evaluate(turned(light.coefficients, light.degree, rotation), light.degree, view, !light.lights.empty(), true,
+               white);
 }
 
 void HarmonicShader::shade_series(const HarmonicLight& light, double rotate_y_deg, const SphereView& view,
                                   Floats& white) {
-    state_->evaluate(light, rotate_y_deg * pi / 180, view, false, false, white);
+    state_->evaluate(turned(light.coefficients, light.degree, rotate_y_deg * pi / 180), light.degree, view, false,
+                     false, white);
+}
+
+void HarmonicShader::project(const Lights& lights, std::size_t degree, HarmonicCoefficients& coefficients) {
+    coefficients.resize(triangle_size(degree));
+    const std::vector<double> sums = state_->sums_over(lights, degree);
+    // A weight is 1 / pi of the radiance over density that a coefficient counts.
+    for (std::size_t k = 0; degree > 0 && k < CHANNELS; ++k) {
+        const double gain = pi * FIRST_DEGREE;
+        coefficients[triangle_index(1, 1)][k] += gain * sums[3 * k];
+        coefficients[triangle_index(1, 0)][k] += gain * sums[3 * k + 1];
+        coefficients[triangle_index(1, 1)][CHANNELS + k] += gain * sums[3 * k + 2];
+    }
+    walk_terms(degree, [&](std::size_t l, std::size_t m, std::size_t at) {
+        const double gain = pi * (m == 0 ? 1 : std::numbers::sqrt2);
+        for (std::size_t k = 0; k < 2 * CHANNELS; ++k) coefficients[triangle_index(l, m)][k] += gain * sums[at + 3 + k];
+    });
+}
+
+void HarmonicShader::add_difference(const HarmonicLight& light, double rotate_y_deg, const HarmonicCoefficients& taken,
+                                    const SphereView& view, Floats& white) {
+    HarmonicCoefficients left = turned(light.coefficients, light.degree, rotate_y_deg * pi / 180);
+    for (std::size_t i = 0; i < left.size(); ++i) {
+        for (std::size_t k = 0; k < 2 * CHANNELS; ++k) left[i][k] -= taken[i][k];
+    }
+    state_->evaluate(left, light.degree, view, true, false, white);
 }
 
 }  // namespace clerestory

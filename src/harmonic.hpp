@@ -13,18 +13,22 @@
 
 namespace clerestory {
 
+struct Lights;
+
 /// A small piece of the sphere that shines on its own.
 struct DirectLight {
     std::array<double, 3> vector;   ///< integral of w over it, in the map's own frame
     std::array<float, 3> radiance;  ///< times 2^-exponent
 };
 
+/// [triangle_size(degree)], for each (l, m): coefficients of R, G, B with cos(m phi), then with sin(m phi), of real
+/// orthonormal harmonics, times 2^-exponent of the map. Odd degrees above 1 are 0: they do not light a surface.
+using HarmonicCoefficients = std::vector<std::array<double, 6>>;
+
 /// A map as direct lights and a harmonic series: shades any number of spheres, at any rotation.
 struct HarmonicLight {
     std::size_t degree = 0;
-    /// [triangle_size(degree)], for each (l, m): coefficients of R, G, B with cos(m phi), then with sin(m phi), of the
-    /// map's real orthonormal harmonics, times 2^-exponent. Odd degrees above 1 are 0: they do not light a surface.
-    std::vector<std::array<double, 6>> coefficients;
+    HarmonicCoefficients coefficients;  ///< in the map's own frame
     std::vector<DirectLight> lights;
     std::size_t light_texels = 0;  ///< texels that the lights were taken from
     int exponent = 0;              ///< of the map
@@ -53,6 +57,14 @@ class HarmonicShader {
 
     /// The series alone, without direct lights and as it is, below 0 too: what a control variate adds back.
     void shade_series(const HarmonicLight& light, double rotate_y_deg, const SphereView& view, Buffer<cl_float>& white);
+
+    /// Adds the coefficients of lights to `coefficients`, in the frame of their directions; empty: starts them.
+    void project(const Lights& lights, std::size_t degree, HarmonicCoefficients& coefficients);
+
+    /// Adds to `white` the series of `light` less that of `taken`, which is of the same degree and in the picture's
+    /// frame.
+    void add_difference(const HarmonicLight& light, double rotate_y_deg, const HarmonicCoefficients& taken,
+                        const SphereView& view, Buffer<cl_float>& white);
 
   private:
     struct State;

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <optional>
 
@@ -15,15 +16,13 @@
 #include "clock.hpp"
 #include "harmonic.hpp"
 #include "legendre.hpp"
+#include "lights.hpp"
 
 namespace clerestory {
 namespace {
 
 // Samples of a batch: 36 MB of records, which bounds the memory of any count.
 constexpr std::size_t BATCH = std::size_t{1} << 20;
-
-constexpr std::size_t PIXELS_WIDE_ON_CPU = 16;
-constexpr std::size_t REGISTERS = 4;
 
 /// 1 / (pi N), what each of N samples counts in the radiance of a white surface.
 float sample_share(std::size_t count) {
@@ -33,11 +32,16 @@ float sample_share(std::size_t count) {
 /// 2^-exponent; an exponent of a distribution lies within -126 .. 126.
 float map_scale(const Distribution& distribution) { return std::ldexp(1.0F, -distribution.exponent); }
 
-/// Compile-time choices of a control variate. Throws UsageError.
-std::string control_defines(unsigned degree) {
+/// Throws UsageError.
+void check_control_degree(unsigned degree) {
     if (degree > SamplingOptions::MAX_CONTROL_DEGREE) {
         throw UsageError(fmt::format("control degree {}: at most {}", degree, SamplingOptions::MAX_CONTROL_DEGREE));
     }
+}
+
+/// Compile-time choices of a control variate. Throws UsageError.
+std::string control_defines(unsigned degree) {
+    check_control_degree(degree);
     if (degree == 0) return "-DCONTROL_DEGREE=0";
     std::string series;
     for (const double c : clamped_cosine_series(degree)) {
@@ -57,66 +61,108 @@ std::vector<float> tone_steps(double gamma) {
     return steps;
 }
 
+/// The squares of a grid along a Hilbert curve, at every step the next neighbour.
+/// Source: Hilbert, Ueber die stetige Abbildung einer Linie auf ein Flaechenstueck, 1891.
+///   side     of the square at (x, y), a power of two
+///   swapped  the curve's square is mirrored in its diagonal
+///   turned   it is turned by 180 degrees
+///   wanted   whether the curve enters a square: (x, y, side)
+template <class Wanted, class Visit>
+void walk_hilbert(std::size_t x, std::size_t y, std::size_t side, bool swapped, bool turned, const Wanted& wanted,
+                  const Visit& visit) {
+    if (!wanted(x, y, side)) return;
+    if (side == 1) {
+        visit(x, y);
+        return;
+    }
+    const std::size_t half = side / 2;
+    constexpr std::array<std::array<bool, 2>, 4> QUADRANTS = {
+        {{false, false}, {false, true}, {true, true}, {true, false}}};
+    for (std::size_t q = 0; q < QUADRANTS.size(); ++q) {
+        const bool u = QUADRANTS[q][swapped ? 1 : 0] != turned;
+        const bool v = QUADRANTS[q][swapped ? 0 : 1] != turned;
+        const bool at_an_end = q == 0 || q == 3;
+        walk_hilbert(x + (u ? half : 0), y + (v ? half : 0), half, swapped != at_an_end, turned != (q == 3), wanted,
+                     visit);
+    }
+}
+
+/// A pixel of the sphere and its normal.
+struct SpherePixel {
+    std::size_t index;
+    std::array<double, 3> normal;
+};
+
+/// The pixels of a picture of the given side that show the sphere, along a Hilbert curve.
+std::vector<SpherePixel> sphere_pixels(std::size_t size) {
+    std::vector<SpherePixel> pixels;
+    const auto s = static_cast<double>(size);
+    const auto across = [&](std::size_t p) { return 2 * (static_cast<double>(p) + 0.5) / s - 1; };
+    // Squares beside the picture or the disc are passed over whole.
+    const auto wanted = [&](std::size_t x, std::size_t y, std::size_t side) {
+        if (x >= size || y >= size) return false;
+        const double dx = std::clamp(0.0, across(x), across(x + side - 1));
+        const double dy = std::clamp(0.0, across(y), across(y + side - 1));
+        return dx * dx + dy * dy < 1;
+    };
+    const auto visit = [&](std::size_t px, std::size_t py) {
+        const double x = across(px);
+        const double y = 1 - 2 * (static_cast<double>(py) + 0.5) / s;
+        pixels.push_back({py * size + px, {x, y, std::sqrt(1 - (x * x + y * y))}});
+    };
+    walk_hilbert(0, 0, std::bit_ceil(size), false, false, wanted, visit);
+    return pixels;
+}
+
+/// Axis and sine of the half angle of a cone about normals, see SphereView::cone.
+std::array<float, 4> cone_about(std::span<const SpherePixel> pixels) {
+    // Directions and normals in float32 are off by 1e-6 together.
+    constexpr double MARGIN = 4e-6;
+    std::array<double, 3> axis{};
+    for (const auto& p : pixels) {
+        for (std::size_t c = 0; c < 3; ++c) axis[c] += p.normal[c];
+    }
+    const double length = std::hypot(axis[0], axis[1], axis[2]);  // every normal has a positive z
+    double least = 1;
+    for (const auto& p : pixels) {
+        least = std::min(least, (p.normal[0] * axis[0] + p.normal[1] * axis[1] + p.normal[2] * axis[2]) / length);
+    }
+    const double sine = least > 0 ? std::sqrt(1 - least * least) + MARGIN : 2;
+    return {static_cast<float>(axis[0] / length), static_cast<float>(axis[1] / length),
+            static_cast<float>(axis[2] / length), static_cast<float>(sine)};
+}
+
 }  // namespace
 
 SphereView::SphereView(const Device& device, std::size_t size_of_side) : size(size_of_side) {
-    std::vector<cl_uint> pixels;
-    std::vector<double> normals;
-    const auto s = static_cast<double>(size);
-    for (std::size_t py = 0; py < size; ++py) {
-        const double y = 1 - 2 * (static_cast<double>(py) + 0.5) / s;
-        for (std::size_t px = 0; px < size; ++px) {
-            const double x = 2 * (static_cast<double>(px) + 0.5) / s - 1;
-            const double beside = x * x + y * y;
-            if (beside >= 1) continue;
-            pixels.push_back(narrow(py * size + px));
-            normals.insert(normals.end(), {x, y, std::sqrt(1 - beside)});
-        }
-    }
+    const std::vector<SpherePixel> pixels = sphere_pixels(size);
     count = pixels.size();
-    stride = (count + PIXELS_PER_ITEM - 1) / PIXELS_PER_ITEM * PIXELS_PER_ITEM;
-    pixels.resize(stride, 0);
+    const std::size_t groups = (count + GROUP_PIXELS - 1) / GROUP_PIXELS;
+    stride = groups * GROUP_PIXELS;
+    std::vector<cl_uint> indices(stride, 0);
     std::vector<cl_float> planes(3 * stride, 0.0F);
     std::fill(planes.begin() + static_cast<std::ptrdiff_t>(2 * stride), planes.end(), 1.0F);
     for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t c = 0; c < 3; ++c) planes[c * stride + i] = static_cast<float>(normals[3 * i + c]);
+        indices[i] = narrow(pixels[i].index);
+        for (std::size_t c = 0; c < 3; ++c) planes[c * stride + i] = static_cast<float>(pixels[i].normal[c]);
     }
-    pixel = Uints(device, "the sphere's pixels", std::span<const cl_uint>(pixels));
+    std::vector<cl_float> cones;
+    for (std::size_t first = 0; first < count; first += GROUP_PIXELS) {
+        const auto about = cone_about({&pixels[first], std::min(GROUP_PIXELS, count - first)});
+        cones.insert(cones.end(), about.begin(), about.end());
+    }
+    pixel = Uints(device, "the sphere's pixels", std::span<const cl_uint>(indices));
     normal = Floats(device, "the sphere's normals", std::span<const cl_float>(planes));
+    cone = Floats(device, "the sphere's cones", std::span<const cl_float>(cones));
 }
 
 Floats SphereView::planes(const Device& device) const { return {device, "the sphere's radiance", 3 * stride}; }
 
 struct SharedShader::State {
-    explicit State(const Device& opened) : device(opened) {}
-
-    /// The kernels for one degree of the control variate.
-    struct Kernels {
-        Kernels(const Device& device, std::size_t pixels_wide, unsigned control_degree)
-            : program(device, "stage4_shade.cl",
-                      fmt::format("-DPIXELS_WIDE={} -DREGISTERS={} {}", pixels_wide, REGISTERS,
-                                  control_defines(control_degree))),
-              weigh_lights(device, program, "weigh_lights"),
-              shade_shared(device, program, "shade_shared") {}
-
-        Program program;
-        Kernel<Floats, Floats, Floats, cl_uint, cl_float, cl_float, Floats> weigh_lights;
-        Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared;
-    };
-
-    Kernels& kernels_for(unsigned degree) {
-        return kernels.try_emplace(degree, device, pixels_wide, degree).first->second;
-    }
-
-    /// Starts `white` with the control variate's harmonics.
-    void start_control(Sampler& sampler, const SphereView& view, Floats& white) {
-        if (!harmonics) harmonics.emplace(device);
-        harmonics->shade_series(sampler.control(*harmonics), sampler.options().rotate_y_deg, view, white);
-    }
+    explicit State(const Device& opened) : device(opened), shader(opened) {}
 
     const Device& device;
-    std::size_t pixels_wide = device.info().is_cpu ? PIXELS_WIDE_ON_CPU : 1;
-    std::map<unsigned, Kernels> kernels;
+    LightShader shader;
     std::optional<HarmonicShader> harmonics;
     double drawing_seconds = 0;
 };
@@ -133,25 +179,29 @@ void SharedShader::shade(Sampler& sampler, const Distribution& distribution, con
     State& s = *state_;
     s.drawing_seconds = 0;
     const unsigned degree = sampler.options().control_degree;
-    State::Kernels& kernels = s.kernels_for(degree);
-    if (degree > 0) s.start_control(sampler, view, white);
+    check_control_degree(degree);
+    if (degree > 0 && !s.harmonics) s.harmonics.emplace(s.device);
     SampleSet set;
-    Floats lights;
+    Lights lights;
+    HarmonicCoefficients drawn;
     for (std::size_t first = 0; first < count; first += BATCH) {
         const std::size_t batch = std::min(BATCH, count - first);
         const Stopwatch drawing;
         if (set.count != batch) {
             set = sampler.allocate(batch);
-            lights = Floats(s.device, "the lights", 8 * batch);
+            lights = Lights(s.device, batch);
         }
         sampler.draw_into(set, first, count);
-        kernels.weigh_lights({batch, s.device.work_group(64)}, set.direction, set.pdf, set.radiance, narrow(batch),
-                             map_scale(distribution), sample_share(count), lights);
+        s.shader.weigh(set, map_scale(distribution), sample_share(count), lights);
         s.device.finish();
         s.drawing_seconds += drawing.seconds();
-        const std::size_t items = view.stride / (s.pixels_wide * REGISTERS);
-        kernels.shade_shared({items, s.device.work_group(4)}, view.normal, lights, narrow(batch), narrow(view.stride),
-                             narrow(items), first == 0 && degree == 0 ? 0U : 1U, white);
+        s.shader.shade(view, lights, first > 0, white);
+        if (degree > 0) s.harmonics->project(lights, degree, drawn);
+    }
+    // Every sample counts c_L less, c_L the clamped cosine's series; over the whole set that is the set's own
+    // harmonics.
+    if (degree > 0) {
+        s.harmonics->add_difference(sampler.control(*s.harmonics), sampler.options().rotate_y_deg, drawn, view, white);
     }
     s.device.finish();
 }
@@ -164,7 +214,7 @@ struct PerPixelShader::State {
     const DeviceMap& map;
     const Distribution& distribution;
     SamplingOptions options;
-    Program program{device, "stage4_shade.cl",
+    Program program{device, "stage4_per_pixel.cl",
                     draw_defines(distribution, options) + " " + control_defines(options.control_degree)};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
            cl_uint, cl_uint, Strata, cl_float, cl_float, cl_uint, cl_uint, Floats, Uints, cl_uint, Floats>

@@ -89,7 +89,7 @@ TEST_F(Cl, AnUnknownSourceIsNamed) {
 TEST_F(Cl, ABuildErrorNamesTheKernelsFileAndLine) {
     const std::string error = device_error([&] { Program(device_, "stage4_shade.cl", "-DPIXELS_WIDE=5"); });
     EXPECT_THAT(error, HasSubstr("building kernels/stage4_shade.cl on "));
-    EXPECT_THAT(error, testing::ContainsRegex("kernels/(shading.clh|stage4_shade.cl):[0-9]+:[0-9]+"));
+    EXPECT_THAT(error, testing::ContainsRegex("kernels/(pixels.clh|stage4_shade.cl):[0-9]+:[0-9]+"));
 }
 
 TEST_F(Cl, ABufferBeyondTheDeviceIsRefusedWithItsNameAndSize) {

@@ -76,7 +76,7 @@ Lit exact_irradiance(const Device& device, const RadianceMap& map, double rotate
         // As the kernels have it: n_y as it is, and the length that a unit vector has beside it.
         const double beside = std::sqrt(1 - n[1] * n[1]);
         const double length = std::hypot(n[0], n[2]);
-        for (const std::size_t c : {0, 2}) n[c] = length > 0 ? n[c] / length * beside : 0;
+        for (const std::size_t c : {0U, 2U}) n[c] = length > 0 ? n[c] / length * beside : 0;
         lit.normal.push_back(n);
         lit.irradiance.push_back(e);
     }
@@ -109,8 +109,7 @@ std::function<Vector(const Vector&)> reference_of(const RadianceMap& map, double
 SphereView view_of(const Device& device, const std::vector<Vector>& normals) {
     SphereView view(device, 1);
     view.count = normals.size();
-    view.stride =
-        (normals.size() + SphereView::PIXELS_PER_ITEM - 1) / SphereView::PIXELS_PER_ITEM * SphereView::PIXELS_PER_ITEM;
+    view.stride = (normals.size() + SphereView::GROUP_PIXELS - 1) / SphereView::GROUP_PIXELS * SphereView::GROUP_PIXELS;
     std::vector<cl_float> planes(3 * view.stride, 0.0F);
     for (std::size_t i = 0; i < view.stride; ++i) planes[2 * view.stride + i] = 1;
     for (std::size_t i = 0; i < normals.size(); ++i) {

@@ -143,7 +143,7 @@ class SequenceError : public testing::Test {
 TEST_F(SequenceError, OfRandomSamplesIsTheMapsOwnVariance) {
     for (auto& [name, map] : test::bundled_maps()) {
         light(std::move(map));
-        for (const std::size_t count : {64, 1023}) {
+        for (const std::size_t count : {64U, 1023U}) {
             const Errors errors = shared(Sequence::random, count, 256);
             EXPECT_NEAR(errors.square, truth_.variance / static_cast<double>(count), SIGMAS * errors.square_error)
                 << name << ", shared, " << count;
@@ -159,7 +159,7 @@ TEST_F(SequenceError, OfRandomSamplesIsTheMapsOwnVariance) {
 TEST_F(SequenceError, FallsFromRandomToStratifiedToSobol) {
     for (auto& [name, map] : test::bundled_maps()) {
         light(std::move(map));
-        for (const std::size_t count : {256, 1000, 1024}) {
+        for (const std::size_t count : {256U, 1000U, 1024U}) {
             const Errors stratified = shared(Sequence::stratified, count, 128);
             const Errors sobol = shared(Sequence::sobol, count, 128);
             const double random = truth_.variance / static_cast<double>(count);

@@ -129,7 +129,7 @@ TEST_F(SequencePhilox, RandomPointsAreItsWords) {
 TEST_P(SequenceAny, HasTheSameBitsForAnyGroupAndBatch) {
     constexpr std::size_t COUNT = 1531;
     const auto whole = points_(COUNT);
-    for (const std::size_t group : {1, 3, 16, 256}) EXPECT_EQ(points_(COUNT, {}, 0, 0, group), whole) << group;
+    for (const std::size_t group : {1U, 3U, 16U, 256U}) EXPECT_EQ(points_(COUNT, {}, 0, 0, group), whole) << group;
     std::vector<FractionPair> joined;
     for (const auto& [first, count] : {std::pair<std::size_t, std::size_t>{0, 64}, {64, 1000}, {1064, 467}}) {
         const auto batch = points_(count, {}, first, COUNT);
@@ -334,7 +334,7 @@ TEST_F(SequenceSobol, HasTheVarianceOfAnExplicitTree) {
         {"step", [](double x, double y) { return x + y < 0.7 ? 1.0 : 0.0; }, 0.245}};
     Points points(device_, Sequence::sobol);
     constexpr std::size_t SETS = 1024;
-    for (const std::size_t count : {16, 128}) {
+    for (const std::size_t count : {16U, 128U}) {
         std::vector<std::vector<double>> hashed(integrands.size(), std::vector<double>(SETS));
         std::vector<std::vector<double>> explicitly = hashed;
         for (std::size_t s = 0; s < SETS; ++s) {
@@ -367,7 +367,8 @@ TEST_F(SequenceStratified, HasOnePointInEachCell) {
     Points points(device_, Sequence::stratified);
     // fraction_of_line() rounds down twice, and a fraction stands for the middle of its unit.
     constexpr double ROUNDING = 2.5 / ONE;
-    for (const std::size_t count : {1, 2, 3, 5, 7, 12, 13, 32, 64, 99, 100, 101, 1000, 1021, 1024, 16384, 65537}) {
+    for (const std::size_t count :
+         {1U, 2U, 3U, 5U, 7U, 12U, 13U, 32U, 64U, 99U, 100U, 101U, 1000U, 1021U, 1024U, 16384U, 65537U}) {
         const auto drawn = points(count);
         const auto cells = reference::cells(count);
         ASSERT_EQ(cells.size(), count);

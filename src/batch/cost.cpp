@@ -10,7 +10,7 @@ namespace clerestory {
 namespace {
 
 // Nanoseconds on two cores (PoCL 3.1, AVX-512), 511 x 511 pixels and maps of 1024 x 512, files included.
-constexpr double SHARED_SAMPLE_NS = 0.1;     // a pixel and a sample, or a pixel and a direct light
+constexpr double SHARED_SAMPLE_NS = 0.02;    // a pixel and a sample, or a pixel and a direct light
 constexpr double PER_PIXEL_SAMPLE_NS = 140;  // a pixel and a sample
 constexpr double EXACT_LOOKUP_NS = 3.4;      // one of ExactIntegrator::estimated_operations
 constexpr double PROJECTION_NS = 10;         // a texel

@@ -87,6 +87,27 @@ std::vector<std::array<double, 6>> harmonic_coefficients(const RadianceMap& map,
     return coefficients;
 }
 
+std::vector<std::array<double, 6>> harmonic_coefficients(std::span<const Light> lights, unsigned degree) {
+    std::vector<std::array<double, 6>> coefficients;
+    for (unsigned l = 0; l <= degree; ++l) {
+        for (unsigned m = 0; m <= l; ++m) {
+            std::array<double, 6> sum{};
+            for (const Light& light : lights) {
+                const auto y = static_cast<double>(light.direction[1]);
+                const double phi =
+                    m * std::atan2(static_cast<double>(light.direction[2]), static_cast<double>(light.direction[0]));
+                const double value = pi * (m == 0 ? 1 : std::numbers::sqrt2) * normalised_legendre(l, m, std::acos(y));
+                for (std::size_t k = 0; k < 3; ++k) {
+                    sum[k] += value * std::cos(phi) * static_cast<double>(light.radiance[k]);
+                    sum[3 + k] += value * std::sin(phi) * static_cast<double>(light.radiance[k]);
+                }
+            }
+            coefficients.push_back(sum);
+        }
+    }
+    return coefficients;
+}
+
 std::vector<std::array<double, 3>> harmonic_irradiance(const std::vector<std::array<double, 6>>& coefficients,
                                                        unsigned degree, double rotation,
                                                        const std::vector<std::array<double, 3>>& normals) {

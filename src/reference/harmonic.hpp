@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "image.hpp"
+#include "reference/shade.hpp"
 
 namespace clerestory::reference {
 
@@ -24,6 +26,10 @@ double legendre_row_integral(unsigned l, unsigned m, std::size_t row, std::size_
 /// Coefficients of a map's real orthonormal harmonics: for each (l, m) in order, R, G, B with cos(m phi), then with
 /// sin(m phi).
 std::vector<std::array<double, 6>> harmonic_coefficients(const RadianceMap& map, unsigned degree);
+
+/// The same of light from single directions, each of what it adds to a white surface that faces it: pi of that is the
+/// integral of its radiance.
+std::vector<std::array<double, 6>> harmonic_coefficients(std::span<const Light> lights, unsigned degree);
 
 /// Irradiance over pi of surfaces with given normals (unit length) under the series; the map turned by `rotation`
 /// radians.
