@@ -2,84 +2,55 @@
 #include "table.clh"
 #include "wide_row.clh"
 
-/// Census of texels begin .. end - 1 of a row, one by one.
-INLINE void census_texels(Census* census, global const float* row, uint begin, uint end) {
-    for (uint j = begin; j < end; ++j) take_census(census, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
-}
+/// Texels whose ends are found together, before their guide entries are written.
+#define PART_TEXELS 256u
 
-/// Census of a row: sixteen texels at a time, and all of it again one by one where some are bad.
-INLINE Census census_row(global const float* row, uint width) {
-    const uint wide_end = width - width % WIDE;
-    Census census = empty_census(width);
-    uint16 fine = ~(uint16)(0u);
-    uint16 lit = (uint16)(0u);
-    float16 largest = (float16)(0.0f);
-    for (uint j = 0u; j < wide_end; j += WIDE) {
-        const WideTexels t = load_wide(row, j);
-        fine &= wide_fine(t.r) & wide_fine(t.g) & wide_fine(t.b);
-        lit -= wide_lit(t);  // a lane is all ones, or -1, where it is lit
-        const float16 rg = t.r > t.g ? t.r : t.g;
-        const float16 rgb = rg > t.b ? rg : t.b;
-        largest = rgb > largest ? rgb : largest;
-    }
-    if (sum_of_lanes(~fine) != 0ul) {
-        census_texels(&census, row, 0u, width);
-        return census;
-    }
-    census.zero_count = wide_end - (uint)sum_of_lanes(lit);
-    census.max_component = largest_lane(largest);
-    census_texels(&census, row, wide_end, width);
-    return census;
-}
-
-/// Exact sum of a row's intensities. Sums of the halves of 2^20 / 16 numbers of 32 bits fit into 32 bits.
-INLINE RowWeight weigh_row(global const float* row, uint width, int exponent, float3 luminance) {
-    const uint wide_end = width - width % WIDE;
-    const float scale = power_of_two(-exponent);
-    uint16 low = (uint16)(0u);
-    uint16 high = (uint16)(0u);
-    uint16 lit = (uint16)(0u);
-    for (uint j = 0u; j < wide_end; j += WIDE) {
-        const WideTexels t = load_wide(row, j);
-        const uint16 fixed = wide_fixed_weight(wide_intensity(t, scale, luminance));
-        low += fixed & 0xFFFFu;
-        high += fixed >> 16;
-        lit -= wide_lit(t);
-    }
-    RowWeight weight;
-    weight.exponent = exponent;
-    weight.sum = sum_of_lanes(low) + (sum_of_lanes(high) << 16);
-    weight.lit = (uint)sum_of_lanes(lit);
-    for (uint j = wide_end; j < width; ++j) {
-        const float r = row[3 * j];
-        const float g = row[3 * j + 1];
-        const float b = row[3 * j + 2];
-        weight.sum += fixed_weight(scaled_intensity(r, g, b, scale, luminance));
-        weight.lit += is_lit(r, g, b);
-    }
-    return weight;
-}
+/// Bits of the largest components between which a row's intensities may wait for its scale: nothing overflows, and
+/// what is lost below 2^-126 weighs nothing (see LEAST_INTENSITY), so both orders of scaling agree to the bit.
+#define LEAST_LARGEST 0x2B800000u  // 2^-40
+#define MOST_LARGEST 0x71800000u   // 2^100
 
 /// Value that entry `entry` of a guide stands for: see build_guides.
 INLINE uint guide_value(uint entry, uint bits) {
     return entry == 1u << bits ? TABLE_ONE - 1u : entry << (TABLE_BITS - bits);
 }
 
-/// Cumulative table of a row, and its guide: entries are found as the ends pass their values.
-INLINE void scan_row(global const float* row, uint width, RowWeight weight, float3 luminance, uint bits,
-                     global uint* table, global uint* guide) {
-    const uint wide_end = width - width % WIDE;
+/// First guide entry whose value lies at or above `end`, for an end of any texel.
+INLINE uint entry_above(uint end, uint bits) {
+    const uint step = 1u << (TABLE_BITS - bits);
+    return (end + (step - 1u)) >> (TABLE_BITS - bits);
+}
+
+/// Entries from `entry` on, which no texel ends above: the last one names the last lit texel.
+INLINE void end_guide(global uint* guide, uint entry, uint bits, uint last) {
+    for (; entry <= 1u << bits; ++entry) guide[entry] = last;
+}
+
+/// A row that holds a bad texel, or whose largest component is extreme, texel by texel.
+INLINE void build_slowly(global const float* row, uint width, float3 luminance, uint bits, global Census* row_census,
+                         global RowWeight* row_weight, global uint* table, global uint* guide) {
+    Census census = empty_census(width);
+    for (uint j = 0u; j < width; ++j) take_census(&census, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
+    *row_census = census;
+    RowWeight weight;
+    weight.sum = 0ul;
+    weight.lit = 0u;
+    weight.exponent = scale_exponent(census.max_component);
     const float scale = power_of_two(-weight.exponent);
+    const uint end = has_bad_texels(census) ? 0u : width;
+    uint last = width - 1u;
+    for (uint j = 0u; j < end; ++j) {
+        const float r = row[3 * j];
+        const float g = row[3 * j + 1];
+        const float b = row[3 * j + 2];
+        weight.sum += fixed_weight(scaled_intensity(r, g, b, scale, luminance));
+        weight.lit += is_lit(r, g, b);
+        last = is_lit(r, g, b) ? j : last;
+    }
+    *row_weight = weight;
     const float per_intensity = counts_per_intensity(weight.sum, weight.lit);
     uint running = 0u;
-    for (uint j = 0u; j < wide_end; j += WIDE) {
-        const WideTexels t = load_wide(row, j);
-        const uint16 counts = wide_count(wide_intensity(t, scale, luminance), per_intensity, wide_lit(t));
-        const uint16 ends = wide_running(counts) + running;
-        vstore16(ends, 0, table + j);
-        running = ends.sf;
-    }
-    for (uint j = wide_end; j < width; ++j) {
+    for (uint j = 0u; j < end; ++j) {
         const float r = row[3 * j];
         const float g = row[3 * j + 1];
         const float b = row[3 * j + 2];
@@ -87,58 +58,163 @@ INLINE void scan_row(global const float* row, uint width, RowWeight weight, floa
         table[j] = running;
     }
     const uint stretch_by = stretch(running);
-    const uint entries = (1u << bits) + 1u;
     uint entry = 0u;
-    for (uint j = 0u; j < wide_end; j += WIDE) {
-        const uint16 ends = wide_table_end(vload16(0, table + j), running, stretch_by);
-        vstore16(ends, 0, table + j);
-        const uint last = ends.sf;
-        for (; entry < entries && guide_value(entry, bits) < last; ++entry) {
-            guide[entry] = j + wide_at_or_below(ends, guide_value(entry, bits));
-        }
+    for (uint j = 0u; j < width; ++j) {
+        table[j] = j < end ? table_end(table[j], running, stretch_by) : 0u;
+        for (; entry < entry_above(table[j], bits); ++entry) guide[entry] = j;
     }
-    for (uint j = wide_end; j < width; ++j) {
-        const uint end = table_end(table[j], running, stretch_by);
-        table[j] = end;
-        for (; entry < entries && guide_value(entry, bits) < end; ++entry) guide[entry] = j;
-    }
+    end_guide(guide, entry, bits, last);
 }
 
-/// Whole rows in one go: census, weight and cumulative table, while the row lies in the cache.
+/// Sixteen texels as read_row takes them: `most` and `lit` gather over the row.
+INLINE float16 read_texels(WideTexels t, float3 luminance, uint16* most, uint16* lit) {
+    const uint16 bits = wide_largest(t);
+    const uint16 is_lit = as_uint16(bits > 0u);
+    *most = wide_most(*most, bits);
+    *lit -= is_lit;  // a lane is all ones, or -1, where it is lit
+    return wide_intensity(t, luminance, is_lit);
+}
+
+/// Reads a row once: its intensities, unscaled, and what of its weight is known by then.
+///   largest  bits of its largest component
+///   returns  the lit texels
+INLINE uint read_row(global const float* row, uint width, float3 luminance, local float16* intensity, uint* largest) {
+    const uint wide_end = width - width % WIDE;
+    uint16 most = (uint16)(0u);
+    uint16 lit = (uint16)(0u);
+    for (uint j = 0u; j < wide_end; j += WIDE) {
+        intensity[j / WIDE] = read_texels(load_wide(row, j), luminance, &most, &lit);
+    }
+    if (wide_end < width) {
+        intensity[wide_end / WIDE] = read_texels(load_last(row, wide_end, width), luminance, &most, &lit);
+    }
+    *largest = largest_lane(most);
+    return (uint)sum_of_lanes(lit);
+}
+
+/// Exact sum of a row's intensities. Sums of the halves of 2^20 / 16 numbers of 32 bits fit into 32 bits.
+INLINE ulong sum_of_row(local const float16* intensity, uint width, float scale) {
+    const float unit = scale * power_of_two(WEIGHT_BITS);
+    uint16 low = (uint16)(0u);
+    uint16 high = (uint16)(0u);
+    for (uint j = 0u; j < width; j += WIDE) {
+        const uint16 fixed = wide_fixed_weight(intensity[j / WIDE] * unit);
+        low += fixed & 0xFFFFu;
+        high += fixed >> 16;
+    }
+    return sum_of_lanes(low) + (sum_of_lanes(high) << 16);
+}
+
+INLINE uint total_of_row(local const float16* intensity, uint width, float per_intensity) {
+    uint16 total = (uint16)(0u);
+    for (uint j = 0u; j < width; j += WIDE) total += wide_count(intensity[j / WIDE], per_intensity);
+    return (uint)sum_of_lanes(total);
+}
+
+/// Guide entries of texels from .. end - 1, from `entry` on, by their `above` (see entry_above); returns the last
+/// one's. Each texel writes the entry that it may begin at, and the last to write it is right.
+///   narrow  no texel spans a whole entry: none is left between
+INLINE uint guide_part(global uint* guide, uint entry, const uint* above, uint from, uint end, bool narrow) {
+    if (narrow) {
+#pragma clang loop vectorize(disable) unroll_count(8)
+        for (uint j = from; j < end; ++j) {
+            guide[entry] = j;
+            entry = above[j - from];
+        }
+        return entry;
+    }
+#pragma clang loop vectorize(disable)
+    for (uint j = from; j < end; ++j) {
+        const uint next = above[j - from];
+        do guide[entry] = j;
+        while (++entry < next);
+        entry = next;
+    }
+    return entry;
+}
+
+/// Cumulative table of a row from its intensities, and its guide. Meanwhile the next row, as long, comes into the cache.
+INLINE void scan_row(local const float16* intensity, uint width, float per_intensity, uint bits,
+                     global const float* next_row, global uint* table, global uint* guide) {
+    const uint total = total_of_row(intensity, width, per_intensity);
+    const uint stretch_by = stretch(total);
+    const uint step = 1u << (TABLE_BITS - bits);
+    // A stretched count is off by one unit at each end, and two more at the row's.
+    const uint narrow_count = sub_sat(step, mul_hi(step, stretch_by) + 4u);
+    const bool aligned = width % WIDE == 0u;
+    uint16 running = (uint16)(0u);
+    uint entry = 0u;
+    for (uint from = 0u; from < width; from += PART_TEXELS) {
+        const uint end = least(width, from + PART_TEXELS);
+        uint16 above[PART_TEXELS / WIDE];
+        uint16 most = (uint16)(0u);
+        for (uint j = from; j < end; j += WIDE) {
+            const uint16 counts = wide_count(intensity[j / WIDE], per_intensity);
+            most = wide_most(most, counts);
+            const uint16 sums = wide_running(counts) + running;
+            running = (uint16)(sums.sf);
+            const uint16 ends = wide_table_end(sums, total, stretch_by);
+            above[(j - from) / WIDE] = (ends + (step - 1u)) >> (TABLE_BITS - bits);
+            if (aligned) {
+                STREAM(ends, table + j);
+            } else if (width - j >= WIDE) {
+                vstore16(ends, 0, table + j);
+            } else {
+                store_last(ends, table + j, width - j);
+            }
+            PREFETCH(next_row + 3 * (size_t)j);
+            PREFETCH(next_row + 3 * (size_t)j + WIDE);
+            PREFETCH(next_row + 3 * (size_t)j + 2 * WIDE);
+        }
+        entry = guide_part(guide, entry, (const uint*)above, from, end, largest_lane(most) <= narrow_count);
+    }
+    uint last = width - 1u;
+    if (total != 0u) {
+        while (((local const float*)intensity)[last] == 0.0f) --last;
+    }
+    end_guide(guide, entry, bits, last);
+}
+
+/// Whole rows in one go: census, weight and cumulative table. A row is read once; its intensities stay in the cache.
 ///   radiance    [3 * height * width]  linear RGB, row-major, top row first
 ///   first_row                         rows first_row .. first_row + rows - 1 are built
 ///   row_census  [height], row_weight [height]
 ///   conditional [height * width]      end of each texel, in units of 2^-TABLE_BITS; the last lit one ends at TABLE_ONE
 ///   guide       [height * (2^bits + 1)]  see build_guides
+///   intensity   [ceil(width / 16)]    work space
 /// A row with a bad texel (see Census), or a black one, becomes all zero; its guide points at its last texel.
-/// Range: one work-item per row. No local memory, no barrier.
+/// Range: one work-item per row, alone in its group. No barrier.
 /// Exact: equal to the bit to the chunked path, and to reference::row_table.
 kernel void build_rows(global const float* radiance, uint width, uint first_row, uint rows, float luminance_r,
                        float luminance_g, float luminance_b, uint bits, global Census* row_census,
-                       global RowWeight* row_weight, global uint* conditional, global uint* guide) {
+                       global RowWeight* row_weight, global uint* conditional, global uint* guide,
+                       local float16* intensity) {
     const uint item = (uint)get_global_id(0);
     if (item >= rows) return;
     const size_t row_index = first_row + item;
     const global float* row = radiance + 3 * (size_t)width * row_index;
-    const uint entries = (1u << bits) + 1u;
+    const global float* next_row = item + 1u < rows ? row + 3 * (size_t)width : row;
     global uint* table = conditional + (size_t)width * row_index;
-    global uint* row_guide = guide + (size_t)entries * row_index;
+    global uint* row_guide = guide + (size_t)((1u << bits) + 1u) * row_index;
     const float3 luminance = (float3)(luminance_r, luminance_g, luminance_b);
 
-    const Census census = census_row(row, width);
-    row_census[row_index] = census;
-    const int exponent = scale_exponent(census.max_component);
-    if (has_bad_texels(census) || census.max_component == 0.0f) {
-        row_weight[row_index].sum = 0ul;
-        row_weight[row_index].exponent = exponent;
-        row_weight[row_index].lit = 0u;
-        for (uint j = 0; j < width; ++j) table[j] = 0u;
-        for (uint entry = 0; entry < entries; ++entry) row_guide[entry] = width - 1u;
+    uint largest;
+    RowWeight weight;
+    weight.lit = read_row(row, width, luminance, intensity, &largest);
+    if (largest > MOST_LARGEST || (largest < LEAST_LARGEST && largest != 0u)) {
+        build_slowly(row, width, luminance, bits, row_census + row_index, row_weight + row_index, table, row_guide);
         return;
     }
-    const RowWeight weight = weigh_row(row, width, exponent, luminance);
+    Census census = empty_census(width);
+    census.zero_count = width - weight.lit;
+    census.max_component = as_float(largest);
+    row_census[row_index] = census;
+    weight.exponent = scale_exponent(census.max_component);
+    const float scale = power_of_two(-weight.exponent);
+    weight.sum = sum_of_row(intensity, width, scale);
     row_weight[row_index] = weight;
-    scan_row(row, width, weight, luminance, bits, table, row_guide);
+    const float per_intensity = scale * counts_per_intensity(weight.sum, weight.lit);
+    scan_row(intensity, width, per_intensity, bits, next_row, table, row_guide);
 }
 
 /// Running counts of every chunk, from 0 at its start, and their total.

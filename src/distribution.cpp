@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
@@ -21,6 +22,13 @@ constexpr unsigned ROW_GUIDE_GROWTH = 2;
 constexpr std::size_t ROWS_PER_UNIT = 8;
 
 unsigned bits_to_count(std::size_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
+
+/// `spare` where it has the right size, else a new array.
+Uints sized(const Device& device, const char* name, std::size_t count, Uints spare) {
+    if (spare.size() == count) return spare;
+    spare = {};  // before the new one is taken
+    return {device, name, count};
+}
 
 using Censuses = Buffer<Census>;
 using Weights = Buffer<RowWeight>;
@@ -49,9 +57,11 @@ struct TableBuilder::State {
     };
 
     const Device& device;
+    std::size_t local_bytes = device.handle().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
     std::optional<Stage1> built_stage1;
     Program stage2{device, "stage2_cdf.cl"};
-    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, cl_uint, Censuses, Weights, Uints, Uints>
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, cl_uint, Censuses, Weights, Uints, Uints,
+           LocalArray<cl_float16>>
         build_rows{device, stage2, "build_rows"};
     Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints>
         scan_chunks{device, stage2, "scan_chunks"};
@@ -103,14 +113,19 @@ struct TableBuilder::State {
 
     void build_by_rows(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
                        Weights& weights, Distribution& built) {
-        build_rows(fat(map.height), map.radiance, narrow(map.width), 0U, narrow(map.height), luminance[0], luminance[1],
-                   luminance[2], built.column_bits, censuses, weights, built.conditional, built.conditional_guide);
+        build_rows({map.height, 1}, map.radiance, narrow(map.width), 0U, narrow(map.height), luminance[0], luminance[1],
+                   luminance[2], built.column_bits, censuses, weights, built.conditional, built.conditional_guide,
+                   row_space(map.width));
         device.finish();
     }
 
     [[nodiscard]] static std::size_t chunks_of(std::size_t width) { return (width + CHUNK_TEXELS - 1) / CHUNK_TEXELS; }
 
-    [[nodiscard]] bool by_chunks(ScanPath path, std::size_t height) const {
+    /// A row's intensities, by sixteen.
+    [[nodiscard]] static LocalArray<cl_float16> row_space(std::size_t width) { return {(width + 15) / 16}; }
+
+    [[nodiscard]] bool by_chunks(ScanPath path, std::size_t width, std::size_t height) const {
+        if (row_space(width).count * sizeof(cl_float16) > local_bytes) return true;
         if (path != ScanPath::automatic) return path == ScanPath::chunks;
         return !device.info().is_cpu || height < ROWS_PER_UNIT * device.info().compute_units;
     }
@@ -127,7 +142,7 @@ MapCensus TableBuilder::census(const DeviceMap& map) {
     return clerestory::join_census(rows.download(), map.width);
 }
 
-Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& options) {
+Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& options, Distribution spare) {
     State& s = *state_;
     const auto luminance = luminance_weights_f32(options.luminance);
     Distribution built;
@@ -136,11 +151,11 @@ Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& optio
     built.row_bits = bits_to_count(map.height) + ROW_GUIDE_GROWTH;
     built.column_bits = std::max(bits_to_count(map.width), COLUMN_GUIDE_SHRINK) - COLUMN_GUIDE_SHRINK;
     const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * map.height;
-    built.conditional = Uints(s.device, "the conditional tables", map.width * map.height);
-    built.conditional_guide = Uints(s.device, "the rows' guides", column_entries);
+    built.conditional = sized(s.device, "the conditional tables", map.width * map.height, std::move(spare.conditional));
+    built.conditional_guide = sized(s.device, "the rows' guides", column_entries, std::move(spare.conditional_guide));
     Censuses censuses(s.device, "the rows' census", map.height);
     Weights weights(s.device, "the rows' weights", map.height);
-    if (s.by_chunks(options.path, map.height)) {
+    if (s.by_chunks(options.path, map.width, map.height)) {
         s.build_by_chunks(map, luminance, censuses, weights, built);
     } else {
         s.build_by_rows(map, luminance, censuses, weights, built);

@@ -15,7 +15,7 @@ namespace clerestory {
 /// How rows are shared out among work-items; the tables are the same to the bit.
 enum class ScanPath {
     automatic,  ///< whole rows where there are enough to fill the device, else chunks
-    rows,       ///< one work-item per row
+    rows,       ///< one work-item per row; chunks where a row does not fit into the device's local memory
     chunks,     ///< one work-item per chunk of CHUNK_TEXELS texels, several launches
 };
 
@@ -67,7 +67,9 @@ class TableBuilder {
     ~TableBuilder();
 
     /// Throws InputError where the map has a bad texel: check `census` by reading, or repair the map before.
-    Distribution build(const DeviceMap& map, const TableOptions& options = {});
+    ///   spare  a distribution that is no longer needed: arrays of the right size are used again, which saves first
+    ///          touching new ones
+    Distribution build(const DeviceMap& map, const TableOptions& options = {}, Distribution spare = {});
 
     /// Guides anew for tables that were changed.
     void build_guides(Distribution& distribution);

@@ -75,8 +75,9 @@ TargetChoice Engine::choose(const Environment& environment, const RenderOptions&
 TableFacts Engine::measure_tables(const Environment& environment) {
     const auto& [device, scene, luminance] = environment.state();
     TableFacts facts;
+    Distribution again = state_->builder.build(scene.device_map(), {.luminance = luminance});
     const Stopwatch watch;
-    state_->builder.build(scene.device_map(), {.luminance = luminance});
+    again = state_->builder.build(scene.device_map(), {.luminance = luminance}, std::move(again));
     facts.build_seconds = watch.seconds();
     facts.undrawable_f32 = undrawable_f32(*device, scene.device_map(), luminance);
     return facts;

@@ -1,6 +1,13 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "distribution.hpp"
 #include "maps.hpp"
@@ -62,6 +69,83 @@ TEST_F(Stage2Cdf, TablesEqualTheReferenceToTheBitOnBothScanPaths) {
             ASSERT_EQ(rows.marginal, reference::marginal(wanted, sine)) << hard.name;
         }
     }
+}
+
+/// A row of each kind that is built in a way of its own: by sixteen or texel by texel, with guide entries that texels
+/// share or span.
+RadianceMap rows_of_every_kind(std::size_t width) {
+    using Value = std::function<float(std::size_t)>;
+    const auto uneven = [](std::size_t j) { return 1 + static_cast<float>(j * 7 % 13); };
+    const auto scaled = [&](float scale) -> Value { return [=](std::size_t j) { return uneven(j) / 16 * scale; }; };
+    const std::vector<Value> kinds = {
+        [](std::size_t) { return 1.0F; },
+        [](std::size_t) { return 0.0F; },
+        uneven,
+        [&](std::size_t j) { return j % 3 == 1 ? -0.0F : uneven(j); },
+        [=](std::size_t j) { return j == 0 ? 1.0F : 0.0F; },
+        [=](std::size_t j) { return j + 1 == width ? 1.0F : 0.0F; },
+        [=](std::size_t j) { return j == width / 2 ? 1e6F : 0.05F; },
+        [=](std::size_t j) { return j < width / 3 ? 0.0F : uneven(j); },
+        [=](std::size_t j) { return j < width / 3 ? uneven(j) : 0.0F; },
+        [](std::size_t j) { return j % 5 == 0 ? 1.0F : 0x1p-149F; },  // lit, and lost in any sum
+        [](std::size_t j) { return j % 2 == 0 ? 0x1p-40F : 0x1p-126F; },
+        scaled(0x1p-39F),
+        scaled(0x1p-40F),
+        scaled(0x1p-41F),
+        scaled(0x1p-140F),
+        scaled(0x1p99F),
+        scaled(0x1p100F),
+        scaled(0x1p101F),
+        [](std::size_t j) { return j % 2 == 0 ? std::numeric_limits<float>::max() : 1.0F; },
+    };
+    return make_map(width, kinds.size(), [&](std::size_t row, std::size_t column) -> std::array<float, 3> {
+        const float value = kinds[row](column);
+        return {value, value / 2, value * 0.75F};
+    });
+}
+
+TEST_F(Stage2Cdf, RowsOfEveryKindAndWidthEqualTheReferenceAndTheChunks) {
+    for (const std::size_t width : {1U, 2U, 3U, 5U, 15U, 16U, 17U, 33U, 255U, 256U, 257U, 272U, 521U, 4097U}) {
+        const RadianceMap map = rows_of_every_kind(width);
+        const Tables rows = tables_of(build(map, {Luminance::rec709, ScanPath::rows}));
+        EXPECT_EQ(rows, tables_of(build(map, {Luminance::rec709, ScanPath::chunks}))) << width << " wide";
+        for (std::size_t i = 0; i < map.height; ++i) {
+            const auto wanted = reference::row_table({map.rgb.data() + 3 * i * width, 3 * width},
+                                                     luminance_weights_f32(Luminance::rec709));
+            const auto first = rows.conditional.begin() + static_cast<std::ptrdiff_t>(i * width);
+            ASSERT_TRUE(std::equal(wanted.end.begin(), wanted.end.end(), first)) << width << " wide, row " << i;
+        }
+    }
+}
+
+TEST_F(Stage2Cdf, BadTexelsAreCountedAlikeByRowsAndByChunks) {
+    RadianceMap map = rows_of_every_kind(37);
+    map.rgb[3 * (2 * 37 + 36) + 1] = std::numeric_limits<float>::quiet_NaN();
+    map.rgb[3 * (5 * 37 + 16)] = std::numeric_limits<float>::infinity();
+    map.rgb[3 * (5 * 37 + 3) + 2] = -1;
+    const auto complaint = [&](ScanPath path) -> std::string {
+        try {
+            build(map, {Luminance::average, path});
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "none";
+    };
+    EXPECT_THAT(complaint(ScanPath::rows), testing::StartsWith("1 NaN, 1 infinite and 1 negative texels, the first at "
+                                                               "row 2, column 36"));
+    EXPECT_EQ(complaint(ScanPath::rows), complaint(ScanPath::chunks));
+}
+
+TEST_F(Stage2Cdf, TablesBuiltIntoOldArraysAreTheSame) {
+    const RadianceMap map = rows_of_every_kind(521);
+    const DeviceMap on_device(device_, map);
+    const Tables wanted = tables_of(builder_.build(on_device));
+    Distribution old = builder_.build(DeviceMap(device_, rows_of_every_kind(520)));
+    old = builder_.build(on_device, {}, std::move(old));  // of another size
+    EXPECT_EQ(tables_of(old), wanted);
+    old.conditional.fill(7);
+    old.conditional_guide.fill(7);
+    EXPECT_EQ(tables_of(builder_.build(on_device, {}, std::move(old))), wanted);
 }
 
 TEST_F(Stage2Cdf, EveryLitTexelHasWidthAndNoBlackOneAny) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <CL/opencl.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -26,6 +27,10 @@ struct KernelType<cl_float> {
     static constexpr const char* name = "float";
 };
 template <>
+struct KernelType<cl_float16> {
+    static constexpr const char* name = "float16";
+};
+template <>
 struct KernelType<cl_double> {
     static constexpr const char* name = "double";
 };
@@ -44,6 +49,12 @@ struct KernelType<cl_ulong> {
 template <>
 struct KernelType<cl_uchar> {
     static constexpr const char* name = "uchar";
+};
+
+/// Work space of each group, in the device's local memory: `count` elements.
+template <class T>
+struct LocalArray {
+    std::size_t count = 0;
 };
 
 /// A one-dimensional range: `count` work-items, padded up to whole groups of `group`; kernels ignore the padding.
@@ -67,6 +78,13 @@ struct Argument<Buffer<T>> {
         kernel.setArg(index, buffer.handle());
     }
 };
+template <class T>
+struct Argument<LocalArray<T>> {
+    static std::string name() { return std::string(KernelType<T>::name) + "*"; }
+    static void set(cl::Kernel& kernel, cl_uint index, const LocalArray<T>& array) {
+        kernel.setArg(index, cl::Local(std::max<std::size_t>(array.count, 1) * sizeof(T)));
+    }
+};
 
 /// Compares the kernel's own argument types with the C++ ones. Throws DeviceError.
 void check_arguments(const cl::Kernel& kernel, const std::string& label, const std::string* names, std::size_t count);
@@ -74,7 +92,7 @@ void check_arguments(const cl::Kernel& kernel, const std::string& label, const s
 }  // namespace detail
 
 /// A kernel whose arguments are checked by type when it is made: a float passed for a uint is otherwise accepted in
-/// silence. `Args` are scalars, or Buffer<T>.
+/// silence. `Args` are scalars, Buffer<T> or LocalArray<T>.
 template <class... Args>
 class Kernel {
   public:
