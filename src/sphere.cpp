@@ -96,6 +96,7 @@ struct SpherePixel {
 /// The pixels of a picture of the given side that show the sphere, along a Hilbert curve.
 std::vector<SpherePixel> sphere_pixels(std::size_t size) {
     std::vector<SpherePixel> pixels;
+    pixels.reserve(size * size);  // a little more than the disc holds
     const auto s = static_cast<double>(size);
     const auto across = [&](std::size_t p) { return 2 * (static_cast<double>(p) + 0.5) / s - 1; };
     // Squares beside the picture or the disc are passed over whole.
