@@ -20,6 +20,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -43,11 +44,31 @@ int decoder_threads(std::size_t texels) {
     return texels < THREADED_TEXELS ? 0 : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
-/// OpenEXR's thread pool belongs to the process; it only ever grows here, and only for images that repay it.
-void start_threads(std::size_t texels) {
-    const int wanted = decoder_threads(texels);
-    if (Imf::globalThreadCount() < wanted) Imf::setGlobalThreadCount(wanted);
-}
+/// Threads in OpenEXR's pool while an image is read that repays them. The pool belongs to the process, and whoever
+/// writes hands each line to its threads where there are any, which takes ten times as long as writing a picture's
+/// lines does: so the last reader leaves the pool as the first one found it.
+class PoolThreads {
+  public:
+    explicit PoolThreads(std::size_t texels) : wanted_(decoder_threads(texels)) {
+        if (wanted_ == 0) return;
+        const std::lock_guard lock(mutex);
+        if (readers++ == 0) before = Imf::globalThreadCount();
+        if (Imf::globalThreadCount() < wanted_) Imf::setGlobalThreadCount(wanted_);
+    }
+    PoolThreads(const PoolThreads&) = delete;
+    PoolThreads& operator=(const PoolThreads&) = delete;
+    ~PoolThreads() {
+        if (wanted_ == 0) return;
+        const std::lock_guard lock(mutex);
+        if (--readers == 0) Imf::setGlobalThreadCount(before);
+    }
+
+  private:
+    static inline std::mutex mutex;
+    static inline int readers = 0;
+    static inline int before = 0;
+    int wanted_;
+};
 
 /// Rows that one compressed block holds.
 std::size_t rows_per_block(Imf::Compression compression) {
@@ -191,8 +212,8 @@ class ExrSource final : public ImageSource {
     ExrSource(fs::path file, std::unique_ptr<OpenFile> opened)
         : ImageSource(opened->width, opened->height, opened->chunk_rows(), !opened->channels.alpha.empty()),
           file_(std::move(file)),
+          threads_(opened->width * opened->height),
           opened_(std::move(opened)) {
-        start_threads(width() * height());
         if (opened_->tiled()) {
             tiles_.emplace(opened_->parts, opened_->part);
         } else {
@@ -248,6 +269,7 @@ class ExrSource final : public ImageSource {
     }
 
     fs::path file_;
+    PoolThreads threads_;
     std::unique_ptr<OpenFile> opened_;
     std::optional<Imf::InputPart> lines_;
     std::optional<Imf::TiledInputPart> tiles_;
