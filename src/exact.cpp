@@ -88,11 +88,14 @@ double tilted(double y) {
 Rings rings_of(const SphereView& view) {
     std::vector<cl_float> y(view.stride);
     view.normal.download(y, view.stride);
+    std::vector<cl_float> different = y;
+    std::sort(different.begin(), different.end());
+    different.erase(std::unique(different.begin(), different.end()), different.end());
     Rings rings;
-    rings.of_pixel.resize(view.stride);
-    for (std::size_t i = 0; i < view.stride; ++i) {
-        if (i == 0 || y[i] != y[i - 1]) rings.y.push_back(tilted(y[i]));
-        rings.of_pixel[i] = narrow(rings.y.size() - 1);
+    for (const cl_float height : different) rings.y.push_back(tilted(height));
+    for (const cl_float height : y) {
+        const auto found = std::lower_bound(different.begin(), different.end(), height);
+        rings.of_pixel.push_back(narrow(static_cast<std::size_t>(found - different.begin())));
     }
     return rings;
 }
