@@ -27,9 +27,8 @@ constexpr std::array<std::pair<std::size_t, std::size_t>, 11> HARMONICS = {
     {{2, 0}, {4, 0}, {8, 0}, {12, 0}, {8, 64}, {12, 64}, {20, 64}, {20, 256}, {30, 256}, {40, 1024}, {40, 4096}}};
 /// Of these so many that reach the target are timed: the next ones cost more.
 constexpr std::size_t TIMED_HARMONICS = 2;
-constexpr std::array<unsigned, 2> CONTROL_DEGREES = {4, 8};
-/// Above this error few samples do, and a control variate's projection costs more than they.
-constexpr double COARSE_TARGET = 0.03;
+/// The plain estimator among them: a thousand of its samples may cost less than a control variate's projection.
+constexpr std::array<unsigned, 4> CONTROL_DEGREES = {0, 2, 4, 8};
 /// For maps of which harmonics up to 40 with thousands of lights miss the target.
 constexpr unsigned HIGH_CONTROL_DEGREE = 20;
 
@@ -91,7 +90,6 @@ class Chooser {
     /// The fewest samples that do, at each degree.
     void collect_shared() {
         std::vector<unsigned> degrees(CONTROL_DEGREES.begin(), CONTROL_DEGREES.end());
-        if (target_ >= COARSE_TARGET) degrees.push_back(0);
         if (candidates_.empty()) degrees.push_back(HIGH_CONTROL_DEGREE);
         // Where harmonics do, more samples than this cost more than they.
         const std::size_t largest = candidates_.empty() ? LARGEST_SAMPLES : SAMPLES_BESIDE_HARMONICS;
