@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -12,8 +13,11 @@
 #include "cl/shared_kernel_types.hpp"
 #include "distribution.hpp"
 #include "fresnel.hpp"
+#include "lights.hpp"
 #include "maps.hpp"
 #include "render.hpp"
+#include "samples.hpp"
+#include "sphere.hpp"
 #include "table_arithmetic.hpp"
 
 namespace clerestory::test {
@@ -68,6 +72,29 @@ TEST_F(Tiny, ControlVariatesGiveFiniteLight) {
     const Scene scene(device_, builder_, ramp_map(5, 3));
     for (const Estimator estimator : {Estimator::shared, Estimator::per_pixel}) {
         render(scene, estimator, {.control_degree = 4});
+    }
+}
+
+TEST_F(Tiny, LightsMeetGroupsAndPixelsAlike) {
+    const SphereView view(device_, 5);
+    const Scene scene(device_, builder_, ramp_map(5, 3));
+    Sampler sampler(device_, scene.device_map(), scene.distribution(), {});
+    Lights lights(device_, 3);
+    LightShader groups(device_);
+    groups.weigh(sampler.draw(lights.count), std::ldexp(1.0F, -scene.distribution().exponent), 0.1F, lights);
+    const auto shaded = [&](LightShader& shader) {
+        Buffer<cl_float> white = view.planes(device_);
+        white.fill(0.0F);
+        shader.shade(view, lights, true, white);
+        return white.download();
+    };
+    LightShader every_pair(device_, true);
+    const auto by_group = shaded(groups);
+    const auto by_pixel = shaded(every_pair);
+    const float largest = *std::max_element(by_pixel.begin(), by_pixel.end());
+    EXPECT_GT(largest, 0);
+    for (std::size_t at = 0; at < view.count; ++at) {
+        EXPECT_NEAR(by_group[at], by_pixel[at], 1e-6F * largest);  // as in tests/lights_test.cpp
     }
 }
 
