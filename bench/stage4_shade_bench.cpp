@@ -46,6 +46,16 @@ bool shading_right(const LitMap& lit, const SampleSet& set, const SphereView& vi
     return true;
 }
 
+/// A sphere under a photograph, and what draws from that.
+struct Scenery {
+    explicit Scenery(unsigned cores) : lit(lit_map(Light::city, 1024, 512, cores)), device(device_of(cores)) {}
+    LitMap& lit;
+    const Device& device;
+    SphereView view{device, SIZE};
+    Buffer<cl_float> white = view.planes(device);
+    Sampler sampler{device, lit.on_device, lit.distribution, {}};
+};
+
 /// What a pixel and a light cost, in the flop of the plain sum; groups of pixels need less of it.
 Work pairs(unsigned cores, const SphereView& view, std::size_t lights) {
     Work work;
@@ -61,17 +71,14 @@ Work pairs(unsigned cores, const SphereView& view, std::size_t lights) {
 /// One set of lights for all pixels; the drawing of the set is a small part.
 void shade_shared(benchmark::State& state, std::size_t lights) {
     const auto cores = static_cast<unsigned>(state.range(0));
-    LitMap& lit = lit_map(Light::city, 1024, 512, cores);
-    const Device& device = device_of(cores);
-    const SphereView view(device, SIZE);
-    auto white = view.planes(device);
-    Sampler sampler(device, lit.on_device, lit.distribution, {});
-    SharedShader shader(device);
-    shader.shade(sampler, lit.distribution, view, lights, white);
-    if (lights <= MOST_CHECKED &&
-        !check(state, shading_right(lit, sampler.draw(lights), view, white), "pixels differ from reference::shade"))
+    Scenery s(cores);
+    SharedShader shader(s.device);
+    shader.shade(s.sampler, s.lit.distribution, s.view, lights, s.white);
+    if (lights <= MOST_CHECKED && !check(state, shading_right(s.lit, s.sampler.draw(lights), s.view, s.white),
+                                         "pixels differ from reference::shade"))
         return;
-    time_runs(state, pairs(cores, view, lights), [&] { shader.shade(sampler, lit.distribution, view, lights, white); });
+    time_runs(state, pairs(cores, s.view, lights),
+              [&] { shader.shade(s.sampler, s.lit.distribution, s.view, lights, s.white); });
 }
 BENCHMARK_CAPTURE(shade_shared, 64, 64)->Apply(one_and_all_cores);
 BENCHMARK_CAPTURE(shade_shared, 1024, 1024)->Apply(one_and_all_cores);
@@ -82,23 +89,19 @@ BENCHMARK_CAPTURE(shade_shared, 65536, 65536)->Apply(one_and_all_cores);
 void shade_every_pair(benchmark::State& state) {
     constexpr std::size_t LIGHTS = 1024;
     const auto cores = static_cast<unsigned>(state.range(0));
-    LitMap& lit = lit_map(Light::city, 1024, 512, cores);
-    const Device& device = device_of(cores);
-    const SphereView view(device, SIZE);
-    auto white = view.planes(device);
-    Sampler sampler(device, lit.on_device, lit.distribution, {});
-    const SampleSet set = sampler.draw(LIGHTS);
-    LightShader shader(device, true);
-    Lights lights(device, LIGHTS);
-    shader.weigh(set, std::ldexp(1.0F, -lit.distribution.exponent), static_cast<float>(1 / (std::numbers::pi * LIGHTS)),
-                 lights);
+    Scenery s(cores);
+    const SampleSet set = s.sampler.draw(LIGHTS);
+    LightShader shader(s.device, true);
+    Lights lights(s.device, LIGHTS);
+    shader.weigh(set, std::ldexp(1.0F, -s.lit.distribution.exponent),
+                 static_cast<float>(1 / (std::numbers::pi * LIGHTS)), lights);
     const auto run = [&] {
-        shader.shade(view, lights, false, white);
-        device.finish();
+        shader.shade(s.view, lights, false, s.white);
+        s.device.finish();
     };
     run();
-    if (!check(state, shading_right(lit, set, view, white), "pixels differ from reference::shade")) return;
-    time_runs(state, pairs(cores, view, LIGHTS), run);
+    if (!check(state, shading_right(s.lit, set, s.view, s.white), "pixels differ from reference::shade")) return;
+    time_runs(state, pairs(cores, s.view, LIGHTS), run);
 }
 BENCHMARK(shade_every_pair)->Apply(one_and_all_cores);
 
@@ -107,19 +110,15 @@ BENCHMARK(shade_every_pair)->Apply(one_and_all_cores);
 void shade_per_pixel(benchmark::State& state) {
     constexpr std::size_t SAMPLES = 32;
     const auto cores = static_cast<unsigned>(state.range(0));
-    LitMap& lit = lit_map(Light::city, 1024, 512, cores);
-    const Device& device = device_of(cores);
-    const SphereView view(device, SIZE);
-    auto white = view.planes(device);
-    auto shared = view.planes(device);
-    Sampler sampler(device, lit.on_device, lit.distribution, {});
+    Scenery s(cores);
+    auto shared = s.view.planes(s.device);
     constexpr std::size_t SHARED_SAMPLES = 65536;
-    SharedShader(device).shade(sampler, lit.distribution, view, SHARED_SAMPLES, shared);
-    PerPixelShader shader(device, lit.on_device, lit.distribution, {});
-    shader.shade(view, SAMPLES, white);
+    SharedShader(s.device).shade(s.sampler, s.lit.distribution, s.view, SHARED_SAMPLES, shared);
+    PerPixelShader shader(s.device, s.lit.on_device, s.lit.distribution, {});
+    shader.shade(s.view, SAMPLES, s.white);
     double sum = 0;
     double wanted = 0;
-    for (const float value : white.download()) sum += static_cast<double>(value);
+    for (const float value : s.white.download()) sum += static_cast<double>(value);
     for (const float value : shared.download()) wanted += static_cast<double>(value);
     // 6.5 million samples' mean against that of 65536: the latter's error is 1.4 / sqrt(65536), and six of it.
     constexpr double TOLERANCE = 0.033;
@@ -127,9 +126,9 @@ void shade_per_pixel(benchmark::State& state) {
         return;
     Work work;
     work.cores = cores;
-    work.items = static_cast<double>(view.count * SAMPLES);
+    work.items = static_cast<double>(s.view.count * SAMPLES);
     work.item = "pair";
-    time_runs(state, work, [&] { shader.shade(view, SAMPLES, white); });
+    time_runs(state, work, [&] { shader.shade(s.view, SAMPLES, s.white); });
 }
 BENCHMARK(shade_per_pixel)->Apply(one_and_all_cores);
 
