@@ -98,7 +98,7 @@ kernel void shade_shared(global const float* normal, global const float* light, 
 /// What shade_shared computes, for groups of pixels whose normals lie within a cone. A light that is above the horizon
 /// of the whole cone lights every pixel of the group by n . sum of w l, so such lights are summed once a group, as
 /// three vectors; one below it lights none. Only those whose horizon crosses the cone meet the pixels one by one: for
-/// groups of 256 pixels of a picture 511 wide, one in eleven.
+/// groups of 256 pixels of a picture 511 wide, about a tenth.
 ///   cone [4 * groups]  axis x, y, z, unit length, and the sine of the half angle with a margin for rounding; above 1:
 ///                      every light may cross
 /// The rest as in shade_shared. Range: one work-item per group.
