@@ -1,5 +1,7 @@
 #include "markup.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -53,6 +55,25 @@ std::string shell_word(std::string_view word) {
     std::string out = "'";
     for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return out + "'";
+}
+
+std::string one_line(std::string_view text) {
+    constexpr unsigned char SPACE = 0x20;
+    constexpr unsigned char DELETE = 0x7f;
+    std::string out;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (c == '\n') {
+            out += "\\n";
+        } else if (c == '\t') {
+            out += "\\t";
+        } else if (byte < SPACE || byte == DELETE) {
+            out += fmt::format("\\x{:02x}", byte);
+        } else {
+            out += c;
+        }
+    }
+    return out;
 }
 
 }  // namespace clerestory

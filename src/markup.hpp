@@ -17,4 +17,7 @@ std::string png_uri(std::string_view png);
 /// A word as a POSIX shell takes it, quoted where it must be.
 std::string shell_word(std::string_view word);
 
+/// Text as one line that a terminal shows and does not obey: control characters as \n, \t or \x1b.
+std::string one_line(std::string_view text);
+
 }  // namespace clerestory

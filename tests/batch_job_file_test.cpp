@@ -131,6 +131,15 @@ TEST_F(BatchJobFile, EveryMistakeIsNamedWithItsPlaceAndWhatWouldBeRight) {
     EXPECT_LT(said.find("jobs.toml:2:"), said.find("jobs.toml:4:")) << "in the file's order";
 }
 
+TEST_F(BatchJobFile, AMistakeIsOneLineWhateverTheFileHolds) {
+    EXPECT_THAT(mistake_in("[[job]]\nestimator = \"a\\nb\\u001b[2J\""),
+                HasSubstr("jobs.toml:2:13: estimator: \"a\\nb\\x1b[2J\" is given"));
+    EXPECT_THAT(mistake_in("\"sam\\nples\" = 4\n"), HasSubstr("unknown key \"sam\\nples\""));
+    const std::string said = mistake_in("[[job]]\nmap\n= 1\n");  // the parser's own words, on a line's end
+    EXPECT_THAT(said, HasSubstr("jobs.toml:2:"));
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+}
+
 TEST_F(BatchJobFile, WhatIsNoJobFileIsRefused) {
     EXPECT_THAT(mistake_in("[[job]\nmap = 1"), HasSubstr("jobs.toml:1:"));
     EXPECT_THAT(mistake_in(""), HasSubstr("there is no job; write one under [[job]]"));

@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "error.hpp"
+#include "markup.hpp"
 #include "picture_file.hpp"
 #include "picture_limits.hpp"
 
@@ -373,7 +374,7 @@ std::string text_of(const fs::path& file) {
 }  // namespace
 
 std::string located(const fs::path& file, const Place& place, const std::string& what) {
-    return fmt::format("{}:{}:{}: {}", file.string(), place.line, place.column, what);
+    return one_line(fmt::format("{}:{}:{}: {}", file.string(), place.line, place.column, what));
 }
 
 JobFile read_job_file(const fs::path& file, std::uint64_t default_seed) {

@@ -42,7 +42,7 @@ struct JobFile {
     std::vector<JobEntry> jobs;
 };
 
-/// "file:line:column: what", as compilers write it.
+/// "file:line:column: what", as compilers write it: one line, whatever the file's own words hold.
 std::string located(const std::filesystem::path& file, const Place& place, const std::string& what);
 
 /// Reads a job file and checks all of it: syntax, keys, types, ranges, names. docs/batch.md is its reference.
