@@ -18,6 +18,8 @@ struct DeviceOptions {
     unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
     std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
     std::filesystem::path program_cache = {};  ///< folder that keeps built programs; empty: none
+    std::filesystem::path precompile_into =
+        {};  ///< folder that takes programs with the kernels that ran, for an installation; empty: none
     std::shared_ptr<std::vector<KernelRun>> kernel_log =
         {};  ///< takes every launch, for benchmarks; empty: nothing does
 };

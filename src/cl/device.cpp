@@ -117,6 +117,7 @@ DeviceInfo chosen_device(const DeviceOptions& options) { return choose(options.s
 
 Device::Device(const DeviceOptions& options)
     : work_group_(options.work_group), program_cache_(options.program_cache), kernel_log_(options.kernel_log) {
+    if (!options.precompile_into.empty()) precompilation_ = std::make_shared<Precompilation>(options.precompile_into);
     try {
         std::tie(device_, info_) = choose(options.selector);
         if (!info_.has_compiler) {

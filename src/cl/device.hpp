@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cl/kernel_log.hpp"
+#include "cl/precompiled.hpp"
 #include "cl/program_cache.hpp"
 #include "clerestory/device.hpp"
 
@@ -26,6 +27,8 @@ class Device {
     [[nodiscard]] std::size_t work_group(std::size_t preferred) const noexcept;
 
     [[nodiscard]] const ProgramCache& program_cache() const noexcept { return program_cache_; }
+    /// What takes this device's programs for an installation; empty where nothing does.
+    [[nodiscard]] const std::shared_ptr<Precompilation>& precompilation() const noexcept { return precompilation_; }
     [[nodiscard]] const std::shared_ptr<KernelLog>& kernel_log() const noexcept { return kernel_log_; }
 
     void finish() const;
@@ -37,6 +40,7 @@ class Device {
     DeviceInfo info_;
     std::size_t work_group_ = 0;
     ProgramCache program_cache_;
+    std::shared_ptr<Precompilation> precompilation_;
     std::shared_ptr<KernelLog> kernel_log_;
 };
 

@@ -10,6 +10,7 @@
 #include "cl/error_name.hpp"
 #include "cl/kernel_sources.hpp"
 #include "cl/pocl_bitcode.hpp"
+#include "cl/precompiled.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -79,9 +80,13 @@ std::optional<cl::Program> program_of(const Device& device, const std::vector<un
     }
 }
 
-/// The program as the cache keeps it, compiled for it first where PoCL does so; nothing where that is no way to it.
+/// The program as it was compiled ahead, else as the cache keeps it, compiled for it first where PoCL does so; nothing
+/// where that is no way to it.
 std::optional<cl::Program> program_by_binary(const Device& device, const std::string& source, const std::string& key,
                                              const std::string& options) {
+    if (const auto ahead = precompiled_program(key)) {
+        if (auto program = program_of(device, *ahead, options)) return program;
+    }
     if (const auto kept = device.program_cache().load(key)) {
         if (auto program = program_of(device, *kept, options)) return program;
     }
@@ -93,21 +98,15 @@ std::optional<cl::Program> program_by_binary(const Device& device, const std::st
     return program;
 }
 
-}  // namespace
-
-Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
-    const std::string options = fmt::format("{} {}", device_options(device.info()), defines);
-    const std::string source = assembled_source(file);
-    const std::string key = cache_key(device.info(), source, options);
-    if (auto found = program_by_binary(device, source, key, options)) {
-        program_ = std::move(*found);
-        return;
-    }
+/// The program as its source is compiled now, kept for the next time. Throws as Program's constructor does.
+cl::Program program_by_source(const Device& device, std::string_view file, const std::string& source,
+                              const std::string& key, const std::string& options) {
     try {
-        program_ = cl::Program(device.context(), source);
-        program_.build(device.handle(), options.c_str());
-        const auto binaries = program_.getInfo<CL_PROGRAM_BINARIES>();
+        cl::Program program(device.context(), source);
+        program.build(device.handle(), options.c_str());
+        const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
         if (binaries.size() == 1) device.program_cache().store(key, binaries.front());
+        return program;
     } catch (const cl::BuildError& error) {
         std::string log;
         for (const auto& [unused, text] : error.getBuildLog()) log += text;
@@ -118,6 +117,17 @@ Program::Program(const Device& device, std::string_view file, const std::string&
         throw DeviceError(fmt::format("building kernels/{} on {} failed in {}: {}", file, device.info().name,
                                       error.what(), error_name(error.err())));
     }
+}
+
+}  // namespace
+
+Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
+    const std::string options = fmt::format("{} {}", device_options(device.info()), defines);
+    const std::string source = assembled_source(file);
+    const std::string key = cache_key(device.info(), source, options);
+    auto found = program_by_binary(device, source, key, options);
+    program_ = found ? std::move(*found) : program_by_source(device, file, source, key, options);
+    if (device.precompilation()) device.precompilation()->add(key, program_);
 }
 
 }  // namespace clerestory

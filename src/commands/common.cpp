@@ -17,12 +17,13 @@ namespace clerestory::commands {
 
 namespace {
 
+std::filesystem::path folder_in(const char* variable) {
+    const char* value = std::getenv(variable);
+    return value == nullptr ? "" : value;
+}
+
 /// Where built programs are kept: CLERESTORY_CACHE_DIR, else the user's own cache folder; nowhere without either.
 std::filesystem::path program_cache_folder() {
-    const auto folder_in = [](const char* variable) -> std::filesystem::path {
-        const char* value = std::getenv(variable);
-        return value == nullptr ? "" : value;
-    };
     if (auto own = folder_in("CLERESTORY_CACHE_DIR"); !own.empty()) return own;
     if (auto cache = folder_in("XDG_CACHE_HOME"); !cache.empty()) return cache / "clerestory";
     if (auto home = folder_in("HOME"); !home.empty()) return home / ".cache" / "clerestory";
@@ -34,6 +35,7 @@ std::filesystem::path program_cache_folder() {
 void add_common(CLI::App& command, Common& common, const std::string& example) {
     const char* group = "Every command";
     common.device.program_cache = program_cache_folder();
+    common.device.precompile_into = folder_in("CLERESTORY_PRECOMPILE_DIR");  // see cmake/precompile.cmake
     command.add_option("--json", common.json, "Write a JSON report to FILE, or to stdout with -")
         ->type_name("FILE|-")
         ->group(group);

@@ -1,0 +1,27 @@
+#include "cl/precompiled.hpp"
+
+#include "cl/program_cache.hpp"
+#include "own_folders.hpp"
+
+namespace clerestory {
+
+std::optional<std::vector<unsigned char>> precompiled_program(const std::string& key) {
+    for (const auto& folder : own_folders("modules")) {
+        if (auto binary = ProgramCache(folder / "programs").load(key)) return binary;
+    }
+    return std::nullopt;
+}
+
+Precompilation::~Precompilation() {
+    const ProgramCache programs(folder_);
+    for (const auto& [key, program] : programs_) {
+        try {
+            const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+            if (binaries.size() == 1) programs.store(key, binaries.front());
+        } catch (const cl::Error&) {
+            continue;
+        }
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,82 @@
+// Programs compiled ahead: what a copy of the tool finds beside itself it need not compile, and it never depends on it.
+#include "cl/precompiled.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "cl/device.hpp"
+#include "cl/program.hpp"
+#include "run_program.hpp"
+
+namespace clerestory::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Precompiled, KeepsEachProgramOnceItsDeviceIsClosed) {
+    const TempFolder folder;
+    {
+        DeviceOptions options;
+        options.precompile_into = folder.path();
+        const Device device(options);
+        const Program display(device, "display.cl");
+        const Program sequence(device, "sequence.cl");
+        EXPECT_TRUE(names_in(folder.path()).empty()) << "kernels may still run";
+    }
+    EXPECT_EQ(names_in(folder.path()).size(), 2U);
+}
+
+/// A copy of the program with nothing beside it, and caches of its own.
+class PrecompiledCopy : public testing::Test {
+  protected:
+    void SetUp() override { fs::copy_file(CLERESTORY_PROGRAM, folder_.path() / "clerestory"); }
+
+    /// The curves that it writes, from empty caches.
+    std::string curves(const std::string& precompile_into = "") {
+        for (const char* cache : {"pocl", "cache"}) {
+            fs::remove_all(folder_.path() / cache);
+            fs::create_directory(folder_.path() / cache);
+        }
+        const ProgramResult result =
+            run_command({folder_.file("clerestory"), "fresnel", "-o", folder_.file("curves.csv")},
+                        {.environment = {{"POCL_CACHE_DIR", folder_.file("pocl")},
+                                         {"CLERESTORY_CACHE_DIR", folder_.file("cache")},
+                                         {"CLERESTORY_PRECOMPILE_DIR", precompile_into}}});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return read_file(folder_.path() / "curves.csv");
+    }
+    /// Whether the last run compiled a program: then it kept it.
+    bool compiled() { return !names_in(folder_.path() / "cache").empty(); }
+
+    TempFolder folder_;
+};
+
+TEST_F(PrecompiledCopy, CompilesNothingThatLiesBesideIt) {
+    const std::string expected = curves(folder_.file("programs"));
+    EXPECT_TRUE(compiled());
+    ASSERT_EQ(names_in(folder_.path() / "programs").size(), 1U);
+    EXPECT_EQ(curves(), expected);
+    EXPECT_FALSE(compiled());
+}
+
+TEST_F(PrecompiledCopy, CompilesWhereAProgramBesideItIsDamagedOrOfAnotherKernel) {
+    const std::string expected = curves(folder_.file("programs"));
+    const fs::path entry = folder_.path() / "programs" / names_in(folder_.path() / "programs").at(0);
+    fs::copy_file(entry, folder_.path() / "programs" / "other.clprogram");
+    fs::resize_file(entry, fs::file_size(entry) - 1);
+    EXPECT_EQ(curves(), expected);
+    EXPECT_TRUE(compiled());
+    fs::remove(entry);
+    EXPECT_EQ(curves(), expected);
+    EXPECT_TRUE(compiled());
+}
+
+TEST(Precompiled, IsAPartOfThisBuild) {
+    if (!CLERESTORY_PRECOMPILED) GTEST_SKIP() << "built without";
+    EXPECT_GE(names_in(fs::path(CLERESTORY_BUILD_DIR) / "programs").size(), 8U);
+}
+
+}  // namespace
+}  // namespace clerestory::test
