@@ -52,6 +52,12 @@ struct Best {
     double kernel = 1e30;
 };
 
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
 }  // namespace
 
 unsigned all_cores() {
@@ -94,6 +100,21 @@ void time_runs(benchmark::State& state, const Work& work, const std::function<vo
     if (work.target_of_ceiling > 0) state.counters["target_of_ceiling"] = work.target_of_ceiling;
     if (work.target_rate > 0) state.counters["target_rate"] = work.target_rate;
     state.SetLabel(work.item);
+}
+
+void report_in_turns(benchmark::State& state, const std::vector<double>& seconds, const std::vector<double>& others,
+                     double items, const char* item, double target) {
+    const double own = median(seconds);
+    state.counters["cores"] = all_cores();
+    state.counters["ms"] = own / MILLI;
+    if (!others.empty()) {
+        const double other = median(others);
+        state.counters["ceiling"] = items / other;
+        state.counters["of_ceiling"] = other / own;
+        state.counters["target_of_ceiling"] = target;
+    }
+    state.counters["rate"] = items / own;
+    state.SetLabel(item);
 }
 
 bool check(benchmark::State& state, bool right, const std::string& wrong) {

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "cl/device.hpp"
 
@@ -36,6 +37,12 @@ struct Work {
 ///   rate               items a second that the cores would do if they had nothing else to do: by processor time
 ///   of_ceiling         work a second by processor time over the ceiling, which is measured right before and after
 void time_runs(benchmark::State& state, const Work& work, const std::function<void()>& run);
+
+/// Reports wall times of whole runs on all cores that were made in turns with what they are held against: medians,
+/// `items` a run, and the fraction of the other's time over theirs, its target.
+///   others  empty where there is nothing to hold against
+void report_in_turns(benchmark::State& state, const std::vector<double>& seconds, const std::vector<double>& others,
+                     double items, const char* item, double target);
 
 /// Ends the benchmark with what is wrong unless `right`; returns `right`.
 bool check(benchmark::State& state, bool right, const std::string& wrong);

@@ -3,7 +3,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
@@ -61,12 +60,6 @@ double run_program(std::vector<std::string> words, const std::vector<std::string
     return watch.seconds();
 }
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 /// The map that the course used where CLERESTORY_BENCH_MAP names it, else the bundled one.
 std::vector<std::string> render_words(const ScratchFolder& scratch) {
     std::vector<std::string> words = {CLERESTORY_PROGRAM, "render"};
@@ -90,16 +83,7 @@ void time_process(benchmark::State& state, const std::vector<std::string>& words
         state.SkipWithError(failed.what());
         return;
     }
-    constexpr double MILLI = 1e-3;
-    state.counters["cores"] = all_cores();
-    state.counters["ms"] = median(seconds) / MILLI;
-    if (!others.empty()) {
-        state.counters["ceiling"] = 1 / median(others);
-        state.counters["of_ceiling"] = median(others) / median(seconds);
-        state.counters["target_of_ceiling"] = 1;
-    }
-    state.counters["rate"] = 1 / median(seconds);
-    state.SetLabel("process");
+    report_in_turns(state, seconds, others, 1, "process", 1);
 }
 
 constexpr int RUNS = 15;
@@ -136,11 +120,8 @@ void time_first_runs(benchmark::State& state, const ScratchFolder& scratch, cons
             return;
         }
     }
-    state.counters["cores"] = all_cores();
-    state.counters["ms"] = 1e3 * median(seconds);
-    state.counters["rate"] = 1 / median(seconds);
+    report_in_turns(state, seconds, {}, 1, "process", 0);
     state.counters["target_rate"] = 1e3 / TARGET_MS;
-    state.SetLabel("process");
 }
 
 /// The first run on a machine as it is built or installed, kernels compiled ahead.

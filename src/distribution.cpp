@@ -32,6 +32,7 @@ Uints sized(const Device& device, const char* name, std::size_t count, Uints spa
 
 using Censuses = Buffer<Census>;
 using Weights = Buffer<RowWeight>;
+using Luma = std::array<float, 3>;
 
 }  // namespace
 
@@ -85,8 +86,9 @@ struct TableBuilder::State {
         device.finish();
     }
 
-    void build_by_chunks(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
-                         Weights& weights, Distribution& built) {
+    void build_by_chunks(const DeviceMap& map, UnfinishedTables& tables) {
+        const Luma luminance = luminance_weights_f32(tables.options.luminance);
+        auto& [options, built, censuses, weights] = tables;
         Uints& conditional = built.conditional;
         const std::size_t chunks = chunks_of(map.width);
         const std::size_t items = map.height * chunks;
@@ -111,11 +113,12 @@ struct TableBuilder::State {
         device.finish();
     }
 
-    void build_by_rows(const DeviceMap& map, const std::array<float, 3>& luminance, Censuses& censuses,
-                       Weights& weights, Distribution& built) {
-        build_rows({map.height, 1}, map.radiance, narrow(map.width), 0U, narrow(map.height), luminance[0], luminance[1],
-                   luminance[2], built.column_bits, censuses, weights, built.conditional, built.conditional_guide,
-                   row_space(map.width));
+    void build_by_rows(const DeviceMap& map, std::size_t begin, std::size_t end, UnfinishedTables& tables) {
+        const Luma luminance = luminance_weights_f32(tables.options.luminance);
+        auto& [options, built, censuses, weights] = tables;
+        build_rows({end - begin, 1}, map.radiance, narrow(map.width), narrow(begin), narrow(end - begin), luminance[0],
+                   luminance[1], luminance[2], built.column_bits, censuses, weights, built.conditional,
+                   built.conditional_guide, row_space(map.width));
         device.finish();
     }
 
@@ -124,7 +127,9 @@ struct TableBuilder::State {
     /// A row's intensities, by sixteen.
     [[nodiscard]] static LocalArray<cl_float16> row_space(std::size_t width) { return {(width + 15) / 16}; }
 
-    [[nodiscard]] bool by_chunks(ScanPath path, std::size_t width, std::size_t height) const {
+    [[nodiscard]] bool by_chunks(const UnfinishedTables& tables) const {
+        const ScanPath path = tables.options.path;
+        const auto [width, height] = std::pair(tables.built.width, tables.built.height);
         if (row_space(width).count * sizeof(cl_float16) > local_bytes) return true;
         if (path != ScanPath::automatic) return path == ScanPath::chunks;
         return !device.info().is_cpu || height < ROWS_PER_UNIT * device.info().compute_units;
@@ -143,23 +148,37 @@ MapCensus TableBuilder::census(const DeviceMap& map) {
 }
 
 Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& options, Distribution spare) {
+    UnfinishedTables tables = start(map.width, map.height, options, std::move(spare));
+    add_rows(tables, map, 0, map.height);
+    return finish(std::move(tables), map);
+}
+
+UnfinishedTables TableBuilder::start(std::size_t width, std::size_t height, const TableOptions& options,
+                                     Distribution spare) {
+    const Device& device = state_->device;
+    UnfinishedTables tables;
+    tables.options = options;
+    Distribution& built = tables.built;
+    built.width = width;
+    built.height = height;
+    built.row_bits = bits_to_count(height) + ROW_GUIDE_GROWTH;
+    built.column_bits = std::max(bits_to_count(width), COLUMN_GUIDE_SHRINK) - COLUMN_GUIDE_SHRINK;
+    const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * height;
+    built.conditional = sized(device, "the conditional tables", width * height, std::move(spare.conditional));
+    built.conditional_guide = sized(device, "the rows' guides", column_entries, std::move(spare.conditional_guide));
+    tables.censuses = Censuses(device, "the rows' census", height);
+    tables.weights = Weights(device, "the rows' weights", height);
+    return tables;
+}
+
+void TableBuilder::add_rows(UnfinishedTables& tables, const DeviceMap& map, std::size_t begin, std::size_t end) {
+    if (!state_->by_chunks(tables)) state_->build_by_rows(map, begin, end, tables);
+}
+
+Distribution TableBuilder::finish(UnfinishedTables tables, const DeviceMap& map) {
     State& s = *state_;
-    const auto luminance = luminance_weights_f32(options.luminance);
-    Distribution built;
-    built.width = map.width;
-    built.height = map.height;
-    built.row_bits = bits_to_count(map.height) + ROW_GUIDE_GROWTH;
-    built.column_bits = std::max(bits_to_count(map.width), COLUMN_GUIDE_SHRINK) - COLUMN_GUIDE_SHRINK;
-    const std::size_t column_entries = ((std::size_t{1} << built.column_bits) + 1) * map.height;
-    built.conditional = sized(s.device, "the conditional tables", map.width * map.height, std::move(spare.conditional));
-    built.conditional_guide = sized(s.device, "the rows' guides", column_entries, std::move(spare.conditional_guide));
-    Censuses censuses(s.device, "the rows' census", map.height);
-    Weights weights(s.device, "the rows' weights", map.height);
-    if (s.by_chunks(options.path, map.width, map.height)) {
-        s.build_by_chunks(map, luminance, censuses, weights, built);
-    } else {
-        s.build_by_rows(map, luminance, censuses, weights, built);
-    }
+    if (s.by_chunks(tables)) s.build_by_chunks(map, tables);
+    auto& [options, built, censuses, weights] = tables;
     built.census = join_census(censuses.download(), map.width);
     if (built.census.bad() != 0) {
         throw InputError(describe_bad_texels(built.census) + "; --bad-texels zero blackens them");
@@ -186,7 +205,7 @@ Distribution TableBuilder::build(const DeviceMap& map, const TableOptions& optio
     }
     if (built.black()) built.exponent = 0;
     s.device.finish();
-    return built;
+    return std::move(built);
 }
 
 void TableBuilder::build_guides(Distribution& d) {

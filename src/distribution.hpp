@@ -26,6 +26,7 @@ struct TableOptions {
 
 /// A map's radiance where the kernels can read it. The map must outlive it: a CPU device reads it where it lies.
 struct DeviceMap {
+    DeviceMap() = default;
     DeviceMap(const Device& device, const RadianceMap& map);
 
     std::size_t width = 0;
@@ -58,6 +59,14 @@ std::vector<double> texel_probabilities(const Distribution& distribution);
 /// Solid angle of a texel of each row, steradian, in double.
 std::vector<double> texel_solid_angles(std::size_t width, std::size_t height);
 
+/// A distribution of which only some rows are built yet.
+struct UnfinishedTables {
+    TableOptions options;
+    Distribution built;
+    Buffer<Census> censuses;    ///< [height]
+    Buffer<RowWeight> weights;  ///< [height]
+};
+
 /// Builds distributions; the kernels are compiled once, when it is made.
 class TableBuilder {
   public:
@@ -70,6 +79,14 @@ class TableBuilder {
     ///   spare  a distribution that is no longer needed: arrays of the right size are used again, which saves first
     ///          touching new ones
     Distribution build(const DeviceMap& map, const TableOptions& options = {}, Distribution spare = {});
+
+    /// The same for a map whose rows become final one after the other: `start`, `add_rows` once for every row, in any
+    /// order, and `finish`, which throws as `build` does. add_rows has read the rows when it returns, and reads no
+    /// others. A map that has to be cut into chunks is built when it is finished.
+    UnfinishedTables start(std::size_t width, std::size_t height, const TableOptions& options = {},
+                           Distribution spare = {});
+    void add_rows(UnfinishedTables& tables, const DeviceMap& map, std::size_t begin, std::size_t end);
+    Distribution finish(UnfinishedTables tables, const DeviceMap& map);
 
     /// Guides anew for tables that were changed.
     void build_guides(Distribution& distribution);

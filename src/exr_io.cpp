@@ -132,9 +132,10 @@ bool is_flat(const Imf::Header& header) {
 
 /// What OpenEXR said, without the file's name, which our own line begins with.
 InputError unreadable(const fs::path& file, std::string_view reason) {
-    const std::string quoted = fmt::format("Cannot read image file \"{}\". ", file.string());
-    for (std::string_view prefix :
-         {std::string_view(quoted), std::string_view("Error reading pixel data from image file ")}) {
+    const std::string named = fmt::format("\"{}\". ", file.string());
+    for (const std::string_view prefix :
+         {std::string_view("Cannot read image file "), std::string_view("Error reading pixel data from image file "),
+          std::string_view(named)}) {
         if (reason.substr(0, prefix.size()) == prefix) reason.remove_prefix(prefix.size());
     }
     while (!reason.empty() && (reason.back() == '.' || reason.back() == '\n')) reason.remove_suffix(1);

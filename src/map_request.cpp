@@ -27,11 +27,13 @@ SceneOptions scene_options_of(const MapOptions& options) {
     return scene;
 }
 
-RadianceMap read_map_of(const MapOptions& options) {
+ReadOptions read_options_of(const MapOptions& options) {
     ReadOptions read;
     read.flip_y = options.flip_y;
-    return read_map(map_file(options), read);
+    return read;
 }
+
+RadianceMap read_map_of(const MapOptions& options) { return read_map(map_file(options), read_options_of(options)); }
 
 nlohmann::json describe_map(const MapOptions& options, const RadianceMap& map) {
     return {{"file", map_file(options).string()},

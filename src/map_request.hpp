@@ -31,6 +31,9 @@ EnvironmentOptions environment_options_of(const MapOptions& options);
 /// The same for the stages behind it.
 SceneOptions scene_options_of(const MapOptions& options);
 
+/// How its file is read.
+ReadOptions read_options_of(const MapOptions& options);
+
 /// Reads the map; messages name the file.
 RadianceMap read_map_of(const MapOptions& options);
 

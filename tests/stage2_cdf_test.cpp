@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -146,6 +147,26 @@ TEST_F(Stage2Cdf, TablesBuiltIntoOldArraysAreTheSame) {
     old.conditional.fill(7);
     old.conditional_guide.fill(7);
     EXPECT_EQ(tables_of(builder_.build(on_device, {}, std::move(old))), wanted);
+}
+
+TEST_F(Stage2Cdf, TablesBuiltBandByBandInAnyOrderAreTheSame) {
+    for (const NamedMap& hard : hard_maps()) {
+        const RadianceMap map = hard.make();
+        const DeviceMap on_device(device_, map);
+        for (const ScanPath path : {ScanPath::rows, ScanPath::chunks}) {
+            UnfinishedTables tables = builder_.start(map.width, map.height, {Luminance::average, path});
+            const std::size_t band = map.height / 3 + 1;
+            for (std::size_t end = map.height; end != 0; end -= std::min(end, band)) {
+                builder_.add_rows(tables, on_device, end - std::min(end, band), end);
+            }
+            const Distribution built = builder_.finish(std::move(tables), on_device);
+            const Distribution whole = build(map, {Luminance::average, path});
+            EXPECT_EQ(tables_of(built), tables_of(whole)) << hard.name;
+            EXPECT_EQ(built.phi, whole.phi) << hard.name;
+            EXPECT_EQ(built.exponent, whole.exponent) << hard.name;
+            EXPECT_EQ(built.census.zero, whole.census.zero) << hard.name;
+        }
+    }
 }
 
 TEST_F(Stage2Cdf, EveryLitTexelHasWidthAndNoBlackOneAny) {

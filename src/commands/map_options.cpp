@@ -11,16 +11,6 @@
 namespace clerestory::commands {
 namespace {
 
-/// What `make` gives; its complaints about the map name the file.
-template <class Make>
-auto with_file_named(const MapOptions& options, const Make& make) {
-    try {
-        return make();
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", map_file(options).string(), error.what()));
-    }
-}
-
 void warn_of_map(const MapOptions& options, const Common& common, std::size_t repaired, bool black) {
     const std::string file = map_file(options).string();
     if (repaired != 0) {
@@ -84,21 +74,27 @@ void add_tone_options(CLI::App& command, ToneOptions& tone) {
         ->group(group);
 }
 
-std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
-                                  const MapOptions& options, const Common& common, TableArithmetic arithmetic) {
-    SceneOptions scene_options = scene_options_of(options);
-    scene_options.arithmetic = arithmetic;
-    auto scene = with_file_named(
-        options, [&] { return std::make_unique<Scene>(device, builder, std::move(map), scene_options); });
+SceneLoader load_scene(const MapOptions& options, TableArithmetic arithmetic) {
+    SceneOptions scene = scene_options_of(options);
+    scene.arithmetic = arithmetic;
+    return {map_file(options), read_options_of(options), scene};
+}
+
+std::unique_ptr<Scene> finish_scene(SceneLoader& loader, const Device& device, TableBuilder& builder,
+                                    const MapOptions& options, const Common& common) {
+    auto scene = loader.finish(device, builder);
     warn_of_map(options, common, scene->repaired(), scene->distribution().black());
     return scene;
 }
 
 Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common) {
-    Environment environment =
-        with_file_named(options, [&] { return engine.environment(std::move(map), environment_options_of(options)); });
-    warn_of_map(options, common, environment.repaired(), environment.black());
-    return environment;
+    try {
+        Environment environment = engine.environment(std::move(map), environment_options_of(options));
+        warn_of_map(options, common, environment.repaired(), environment.black());
+        return environment;
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", map_file(options).string(), error.what()));
+    }
 }
 
 }  // namespace clerestory::commands

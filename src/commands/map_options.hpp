@@ -7,6 +7,7 @@
 #include "engine.hpp"
 #include "map_request.hpp"
 #include "scene.hpp"
+#include "scene_loader.hpp"
 #include "sphere.hpp"
 
 namespace clerestory::commands {
@@ -20,12 +21,14 @@ void add_tone_options(CLI::App& command, ToneOptions& tone);
 /// Accepts numbers in [low, high]; NaN and infinities are refused.
 CLI::Validator finite_between(double low, double high);
 
-/// Builds the scene of a map that was read, with a warning where texels were repaired or none is lit.
-std::unique_ptr<Scene> make_scene(const Device& device, TableBuilder& builder, RadianceMap map,
-                                  const MapOptions& options, const Common& common,
-                                  TableArithmetic arithmetic = TableArithmetic::integer);
+/// Starts reading a command's map: the first thing that a command does.
+SceneLoader load_scene(const MapOptions& options, TableArithmetic arithmetic = TableArithmetic::integer);
 
-/// The same behind the public interface.
+/// The scene that comes of it, with a warning where texels were repaired or none is lit.
+std::unique_ptr<Scene> finish_scene(SceneLoader& loader, const Device& device, TableBuilder& builder,
+                                    const MapOptions& options, const Common& common);
+
+/// An environment of a map that was read, with the same warnings.
 Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common);
 
 }  // namespace clerestory::commands

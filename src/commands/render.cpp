@@ -155,14 +155,15 @@ void run(RenderCommand command) {
     check_outputs(command);
     const Stopwatch total;
     Stopwatch watch;
+    SceneLoader loader = load_scene(command.map, table_arithmetic_by_name(command.draw.table_arithmetic));
     const Device device(command.common.device);
     TableBuilder builder(device);
     nlohmann::json before = {{"device", watch.lap()}};
-    RadianceMap map = read_map_of(command.map);
-    before["read"] = watch.lap();
-    const auto scene = make_scene(device, builder, std::move(map), command.map, command.common,
-                                  table_arithmetic_by_name(command.draw.table_arithmetic));
-    before["tables"] = watch.lap();
+    const auto scene = finish_scene(loader, device, builder, command.map, command.common);
+    // These three overlap.
+    before["read"] = loader.read_seconds();
+    before["tables"] = scene->build_seconds();
+    watch.lap();
     if (command.target_error > 0) {
         command = with_target_reached(std::move(command), device, *scene);
         before["choose"] = watch.lap();

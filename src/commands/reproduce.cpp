@@ -76,9 +76,10 @@ nlohmann::json provenance(const ReproduceCommand& command, const Scene& scene, c
 
 void run(const ReproduceCommand& command) {
     const Stopwatch total;
+    SceneLoader loader = load_scene(command.map);
     const Device device(command.common.device);
     TableBuilder builder(device);
-    const auto scene = make_scene(device, builder, read_map_of(command.map), command.map, command.common);
+    const auto scene = finish_scene(loader, device, builder, command.map, command.common);
     FigureOptions options = command.figures;
     options.folder = command.folder;
     options.map_words = map_words(command.map);

@@ -80,10 +80,10 @@ nlohmann::json write_set(const SampleOptions& options, const Scene& scene, Sampl
 }
 
 void run(const SampleOptions& options) {
+    SceneLoader loader = load_scene(options.map, table_arithmetic_by_name(options.draw.table_arithmetic));
     const Device device(options.common.device);
     TableBuilder builder(device);
-    const auto scene = make_scene(device, builder, read_map_of(options.map), options.map, options.common,
-                                  table_arithmetic_by_name(options.draw.table_arithmetic));
+    const auto scene = finish_scene(loader, device, builder, options.map, options.common);
     Sampler sampler(device, scene->device_map(), scene->distribution(),
                     sampling_of(options.draw, options.common, options.map.rotate_y));
     Display display(device);

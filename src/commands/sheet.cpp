@@ -31,9 +31,10 @@ void run(const SheetCommand& command) {
         throw UsageError(fmt::format("{}: a contact sheet ends in .png", command.file));
     }
     const Stopwatch total;
+    SceneLoader loader = load_scene(command.map);
     const Device device(command.common.device);
     TableBuilder builder(device);
-    const auto scene = make_scene(device, builder, read_map_of(command.map), command.map, command.common);
+    const auto scene = finish_scene(loader, device, builder, command.map, command.common);
     SheetOptions options = command.sheet;
     options.counts = command.draw.counts;
     if (options.title.empty()) options.title = map_file(command.map).filename().string();

@@ -75,9 +75,10 @@ void write_all(const StudyCommand& command, const nlohmann::json& report, const 
 
 void run(const StudyCommand& command) {
     const Stopwatch total;
+    SceneLoader loader = load_scene(command.map);
     const Device device(command.common.device);
     TableBuilder builder(device);
-    const auto scene = make_scene(device, builder, read_map_of(command.map), command.map, command.common);
+    const auto scene = finish_scene(loader, device, builder, command.map, command.common);
     if (scene->distribution().black()) {
         throw InputError(fmt::format("{}: the map is black, so that there is no relative error to study",
                                      map_file(command.map).string()));
