@@ -235,6 +235,10 @@ TEST(StudyRanking, FrontAndVerdictsOfKnownPoints) {
     EXPECT_EQ(answers.at("under 5 ms"), &points[0]);
     EXPECT_EQ(answers.at("for 1 %"), &points[2]);
     EXPECT_EQ(answers.at("for 0.1 %"), nullptr);
+
+    points.push_back(point(0.0114, 0.002));  // as fast as the fastest for 1 %
+    points.push_back(point(0.0116, 0.001));  // slower
+    EXPECT_EQ(verdicts(points).at(4).point, &points[4]);
 }
 
 /// The relative RMSE that the chosen method really has at the picture's own size.

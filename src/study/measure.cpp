@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t FEWEST_SEEDS = 3;        // below this a spread says nothing
 constexpr std::size_t TIMED_RUNS = 5;          // of methods without seeds
+constexpr double TURNS_SHARE = 0.12;           // of the budget, for times in turns
 constexpr double FIRST_RUN_SECONDS = 0.5;      // a guess for kernels that have never run: they may have to be compiled
 constexpr double LEAST_SECONDS_A_RUN = 0.004;  // statistics of one picture at the usual size
 
@@ -94,6 +95,18 @@ class Forecast {
     std::map<Estimator, Seen> estimators_;
 };
 
+void set_times(StudyPoint& point, const std::vector<MethodTimes>& runs) {
+    const auto quartiles = [&](auto part) {
+        std::vector<double> values;
+        for (const auto& run : runs) values.push_back(std::invoke(part, run));
+        return quartiles_of(std::move(values));
+    };
+    point.seconds = quartiles(&MethodTimes::total);
+    point.stages.project = quartiles(&MethodTimes::project).median;
+    point.stages.draw = quartiles(&MethodTimes::draw).median;
+    point.stages.shade = quartiles(&MethodTimes::shade).median;
+}
+
 /// Sums over the seeds of one point.
 class PointSums {
   public:
@@ -124,22 +137,12 @@ class PointSums {
         if (p.seeds > 1) p.bias_noise = std::sqrt(std::max(0.0, (squares / n - p.bias * p.bias) / (n - 1)));
         p.worst = worst_;
         p.percentile99 = spread_of(percentiles_).mean;
-        p.seconds = quartiles_of(each(&MethodTimes::total));
-        p.stages.project = quartiles_of(each([](const MethodTimes& t) { return t.project; })).median;
-        p.stages.draw = quartiles_of(each([](const MethodTimes& t) { return t.draw; })).median;
-        p.stages.shade = quartiles_of(each([](const MethodTimes& t) { return t.shade; })).median;
+        set_times(p, times_);
         if (!has_seed(method)) p.seeds = 1;
         return p;
     }
 
   private:
-    template <typename Part>
-    [[nodiscard]] std::vector<double> each(Part part) const {
-        std::vector<double> values;
-        for (const auto& times : times_) values.push_back(std::invoke(part, times));
-        return values;
-    }
-
     std::vector<float> sum_;
     std::vector<double> rel_rmse_, percentiles_;
     std::vector<MethodTimes> times_;
@@ -216,11 +219,32 @@ StudyPoint measure_exact(Workbench& bench, const RenderOptions& base) {
     return sums.point(method);
 }
 
+/// Times quick points anew, one after the other and again, until that takes too long: a machine whose speed drifts
+/// then treats all of them alike. The first times stay where there is no time for enough turns.
+///   in_time  whether there is time for another picture
+void time_in_turns(Workbench& bench, std::vector<StudyPoint>& points, const std::function<bool()>& in_time) {
+    constexpr double QUICK_SECONDS = 0.03;
+    constexpr std::size_t TURNS = 15;
+    std::vector<std::size_t> quick;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (points[i].seconds.median <= QUICK_SECONDS) quick.push_back(i);
+    }
+    std::vector<std::vector<MethodTimes>> times(quick.size());
+    for (std::size_t turn = 0; turn < TURNS; ++turn) {
+        for (std::size_t k = 0; k < quick.size() && in_time(); ++k) {
+            times[k].push_back(bench.time(points[quick[k]].method));
+        }
+    }
+    for (std::size_t k = 0; k < quick.size(); ++k) {
+        if (times[k].size() >= TIMED_RUNS) set_times(points[quick[k]], times[k]);
+    }
+}
+
 }  // namespace
 
 StudyMeasurements measure_study(Workbench& bench, const StudyOptions& options, const ProgressFunction& progress) {
     const Stopwatch watch;
-    const auto left = [&] { return options.budget_seconds - watch.seconds(); };
+    const auto left = [&] { return (1 - TURNS_SHARE) * options.budget_seconds - watch.seconds(); };
     std::vector<RenderOptions> waiting = study_grid(options.base);
     StudyMeasurements result;
     result.points.push_back(measure_exact(bench, options.base));
@@ -255,6 +279,10 @@ StudyMeasurements measure_study(Workbench& bench, const StudyOptions& options, c
         result.short_of_seeds += has_seed(method) && taken < options.seeds ? 1 : 0;
     }
     result.left_out = std::move(waiting);
+    time_in_turns(bench, result.points, [&] {
+        if (progress) progress(watch.seconds(), options.budget_seconds);
+        return watch.seconds() < options.budget_seconds;
+    });
     std::sort(result.points.begin(), result.points.end(),
               [](const StudyPoint& a, const StudyPoint& b) { return grid_key(a.method) < grid_key(b.method); });
     result.seconds = watch.seconds();

@@ -95,9 +95,14 @@ std::vector<Verdict> verdicts(const std::vector<StudyPoint>& points) {
         all.push_back({question, best, answer(question, best)});
     }
     for (const double limit : PERCENT_LIMITS) {
+        const auto reaches = [&](const StudyPoint& p) { return p.rel_rmse <= limit / 100; };
+        const StudyPoint* fastest = best_of(points, reaches, [](const StudyPoint& a, const StudyPoint& b) {
+            return b.seconds.median < a.seconds.median;
+        });
         const StudyPoint* best = best_of(
-            points, [&](const StudyPoint& p) { return p.rel_rmse <= limit / 100; },
-            [](const StudyPoint& a, const StudyPoint& b) { return b.seconds.median < a.seconds.median; });
+            points,
+            [&](const StudyPoint& p) { return reaches(p) && p.seconds.median <= SAME_TIME * fastest->seconds.median; },
+            [](const StudyPoint& a, const StudyPoint& b) { return b.rel_rmse < a.rel_rmse; });
         const std::string question = fmt::format("for {} %", limit);
         all.push_back({question, best, answer(question, best)});
     }

@@ -92,8 +92,10 @@ class Writer {
                       "To the left is faster, below is nearer to the exact picture. The dashed line is the time of the "
                       "exact "
                       "picture itself: whatever lies to the right of it isn’t worth its time.") +
-               table_html("The best way under a time, and the fastest way to an error.",
-                          {"asked", "choose", "time", "relative RMSE", "flags of <code>render</code>"}, rows) +
+               table_html(
+                   "The best way under a time, and the fastest way to an error; of ways within 15 % of the fastest, "
+                   "the most accurate.",
+                   {"asked", "choose", "time", "relative RMSE", "flags of <code>render</code>"}, rows) +
                front_table() + "</section>\n";
     }
 
