@@ -23,8 +23,16 @@
 
 /// One loop over the block's samples. Two vectors at a time hide more of what a load waits for.
 #define EACH_SAMPLE _Pragma("clang loop interleave_count(2)") for (int k = 0; k < DRAW_BLOCK; ++k)
-/// The same for what few samples need.
-#define SOME_SAMPLES _Pragma("clang loop vectorize(disable)") for (int k = 0; k < DRAW_BLOCK; ++k)
+/// Which samples need more than the rest, a byte each, or eight at a time.
+typedef union {
+    uchar each[DRAW_BLOCK];
+    ulong eight[DRAW_BLOCK / 8];
+} Marks;
+/// The same for what few samples need: eights without a mark in `late` are passed over.
+#define LATE_SAMPLES                                                            \
+    _Pragma("clang loop vectorize(disable)") for (int e = 0; e < DRAW_BLOCK / 8; ++e) \
+        if (late.eight[e] != 0ul)                                               \
+            _Pragma("clang loop vectorize(disable)") for (int k = 8 * e; k < 8 * e + 8; ++k)
 
 /// One halving of the elements from `low` to `high` of the table that starts at `base`: whether the element lies above the
 /// first 2^step - 1. The end of `high` lies above `value`, so it is never passed. Indices are int, which gathers take as
@@ -113,6 +121,7 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
     int row[DRAW_BLOCK], column[DRAW_BLOCK];
     uint row_end[DRAW_BLOCK], end[DRAW_BLOCK];
     float record[RECORD_FIELDS][DRAW_BLOCK];
+    Marks late;
     for (uint k = 0u; k < DRAW_BLOCK / 2u; ++k) {
         const PointPair points =
             sequence_points(seed_low, seed_high, DOMAIN_SHARED, stream, (first + begin) / 2u + k, strata);
@@ -127,10 +136,11 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
         const int start = (int)marginal_guide[value >> (TABLE_BITS - row_bits)];
         row[k] = quick_halving(marginal, 0, start, last_row, value, 0);
         row_end[k] = marginal[row[k]];
+        late.each[k] = row_end[k] <= value;
     }
-    SOME_SAMPLES {
+    LATE_SAMPLES {
+        if (!late.each[k]) continue;
         const uint value = u_row[k] >> (32 - TABLE_BITS);
-        if (row_end[k] > value) continue;
         row[k] = (int)bisect(marginal, (uint)row[k] + 1u, (uint)last_row, value, ROW_STEPS);
         row_end[k] = marginal[row[k]];
     }
@@ -156,10 +166,11 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
         }
         column[k] = j;
         end[k] = conditional[base + j];
+        late.each[k] = end[k] <= value;
     }
-    SOME_SAMPLES {
+    LATE_SAMPLES {
+        if (!late.each[k]) continue;
         const uint value = u_column[k] >> (32 - TABLE_BITS);
-        if (end[k] > value) continue;
         global const uint* ends = conditional + row[k] * (int)width;
         column[k] = (int)bisect(ends, (uint)column[k] + 1u, (uint)last_column, value, COLUMN_STEPS);
         end[k] = ends[column[k]];
