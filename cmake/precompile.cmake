@@ -17,6 +17,7 @@ foreach(command
     "render --estimator harmonic -o sphere.exr"
     "render -n 1024 -o sphere.exr -o sphere.png"
     "render -n 1024 --control-degree 0 -o sphere.exr"
+    "render -n 1024 --sequence stratified -o sphere.exr"
     "render --target-error 0.01 -o sphere.exr")
   separate_arguments(words UNIX_COMMAND "${command}")
   execute_process(COMMAND ${PROGRAM} ${words} -q WORKING_DIRECTORY ${SCRATCH} RESULT_VARIABLE failed OUTPUT_QUIET ERROR_VARIABLE why)

@@ -141,7 +141,8 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
     LATE_SAMPLES {
         if (!late.each[k]) continue;
         const uint value = u_row[k] >> (32 - TABLE_BITS);
-        row[k] = (int)bisect(marginal, (uint)row[k] + 1u, (uint)last_row, value, ROW_STEPS);
+        const uint end_row = marginal_guide[(value >> (TABLE_BITS - row_bits)) + 1u];
+        row[k] = (int)bisect_alone(marginal, (uint)row[k] + 1u, end_row, value);
         row_end[k] = marginal[row[k]];
     }
     const int entries = (int)(1u << column_bits) + 1;
@@ -172,7 +173,8 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
         if (!late.each[k]) continue;
         const uint value = u_column[k] >> (32 - TABLE_BITS);
         global const uint* ends = conditional + row[k] * (int)width;
-        column[k] = (int)bisect(ends, (uint)column[k] + 1u, (uint)last_column, value, COLUMN_STEPS);
+        const uint end_column = conditional_guide[row[k] * entries + (int)(value >> (TABLE_BITS - column_bits)) + 1];
+        column[k] = (int)bisect_alone(ends, (uint)column[k] + 1u, end_column, value);
         end[k] = ends[column[k]];
     }
     global const float* restrict frame_fields = (global const float*)frames;

@@ -75,11 +75,19 @@ TexelPlace texel_place_by_name(const std::string& wanted) {
                                  fmt::join(texel_place_names(), ", "), wanted));
 }
 
+namespace {
+
+/// Those that the map has no part in: programs with no others serve maps of every size.
+std::string sampling_defines(const SamplingOptions& options) {
+    return fmt::format("-DTEXEL_CENTRE={} -DGUIDED={} -DSEQUENCE={}u", options.place == TexelPlace::centre ? 1 : 0,
+                       options.guided ? 1 : 0, static_cast<cl_uint>(options.sequence));
+}
+
+}  // namespace
+
 std::string draw_defines(const Distribution& distribution, const SamplingOptions& options) {
-    return fmt::format("-DROW_STEPS={} -DCOLUMN_STEPS={} -DTEXEL_CENTRE={} -DGUIDED={} -DSEQUENCE={}u",
-                       std::bit_width(distribution.height - 1), std::bit_width(distribution.width - 1),
-                       options.place == TexelPlace::centre ? 1 : 0, options.guided ? 1 : 0,
-                       static_cast<cl_uint>(options.sequence));
+    return fmt::format("-DROW_STEPS={} -DCOLUMN_STEPS={} {}", std::bit_width(distribution.height - 1),
+                       std::bit_width(distribution.width - 1), sampling_defines(options));
 }
 
 Strata strata(std::size_t count) {
@@ -102,8 +110,9 @@ struct Sampler::State {
     const DeviceMap& map;
     const Distribution& distribution;
     SamplingOptions options;
-    Program program{device, "stage3_sample.cl", draw_defines(distribution, options)};
     bool by_blocks = device.info().is_cpu && options.guided;
+    Program program{device, "stage3_sample.cl",
+                    by_blocks ? sampling_defines(options) : draw_defines(distribution, options)};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
            cl_uint, cl_uint, cl_uint, Strata, cl_uint, cl_uint, Uints, Floats, Floats, Floats>
         draw_samples{device, program, by_blocks ? "draw_blocks" : "draw_samples"};

@@ -53,7 +53,7 @@ class Chooser {
         std::sort(candidates_.begin(), candidates_.end(),
                   [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
         const double best = candidates_.empty() ? std::numeric_limits<double>::infinity() : candidates_[0].seconds;
-        if (best > bench_.time(probe(exact())).total()) {
+        if (best > bench_.exact_times(probe(exact())).total()) {
             const Candidate last{exact(), 0, exact_seconds()};
             if (last.seconds < best) candidates_.insert(candidates_.begin(), last);
         }

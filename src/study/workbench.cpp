@@ -108,7 +108,7 @@ struct Workbench::State {
     /// Samplers and shaders keep their projection from one picture to the next; a single picture has to pay for it.
     double control_projection(unsigned degree) {
         if (degree == 0) return 0;
-        constexpr int RUNS = 10;
+        constexpr int RUNS = 5;
         const auto [entry, is_new] = control_seconds.try_emplace(degree, std::numeric_limits<double>::infinity());
         for (int k = 0; is_new && k <= RUNS; ++k) {
             const Stopwatch watch;
