@@ -32,7 +32,6 @@ Uints sized(const Device& device, const char* name, std::size_t count, Uints spa
 
 using Censuses = Buffer<Census>;
 using Weights = Buffer<RowWeight>;
-using Luma = std::array<float, 3>;
 
 }  // namespace
 
@@ -87,7 +86,7 @@ struct TableBuilder::State {
     }
 
     void build_by_chunks(const DeviceMap& map, UnfinishedTables& tables) {
-        const Luma luminance = luminance_weights_f32(tables.options.luminance);
+        const auto luminance = luminance_weights_f32(tables.options.luminance);
         auto& [options, built, censuses, weights] = tables;
         Uints& conditional = built.conditional;
         const std::size_t chunks = chunks_of(map.width);
@@ -114,7 +113,7 @@ struct TableBuilder::State {
     }
 
     void build_by_rows(const DeviceMap& map, std::size_t begin, std::size_t end, UnfinishedTables& tables) {
-        const Luma luminance = luminance_weights_f32(tables.options.luminance);
+        const auto luminance = luminance_weights_f32(tables.options.luminance);
         auto& [options, built, censuses, weights] = tables;
         build_rows({end - begin, 1}, map.radiance, narrow(map.width), narrow(begin), narrow(end - begin), luminance[0],
                    luminance[1], luminance[2], built.column_bits, censuses, weights, built.conditional,

@@ -26,7 +26,6 @@ struct TableOptions {
 
 /// A map's radiance where the kernels can read it. The map must outlive it: a CPU device reads it where it lies.
 struct DeviceMap {
-    DeviceMap() = default;
     DeviceMap(const Device& device, const RadianceMap& map);
 
     std::size_t width = 0;

@@ -77,7 +77,7 @@ TexelPlace texel_place_by_name(const std::string& wanted) {
 
 namespace {
 
-/// Those that the map has no part in: programs with no others serve maps of every size.
+/// Compile-time choices that no map has a part in: a program with no others serves maps of every size.
 std::string sampling_defines(const SamplingOptions& options) {
     return fmt::format("-DTEXEL_CENTRE={} -DGUIDED={} -DSEQUENCE={}u", options.place == TexelPlace::centre ? 1 : 0,
                        options.guided ? 1 : 0, static_cast<cl_uint>(options.sequence));

@@ -1,5 +1,7 @@
 #include "cl/precompiled.hpp"
 
+#include <exception>
+
 #include "cl/program_cache.hpp"
 #include "own_folders.hpp"
 
@@ -18,7 +20,7 @@ Precompilation::~Precompilation() {
         try {
             const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
             if (binaries.size() == 1) programs.store(key, binaries.front());
-        } catch (const cl::Error&) {
+        } catch (const std::exception&) {
             continue;
         }
     }
