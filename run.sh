@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 . scripts/prepare.sh
 
-install_packages
+install_missing $(packages_for run)
 configure release -DCLERESTORY_TESTS=OFF -DCLERESTORY_BENCH=OFF
 build release
 if [ $# -eq 0 ]; then set -- -o out/reproduce; fi

@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 . scripts/prepare.sh
 
-install_packages
+install_missing $(packages_for run test)
 configure release -DCLERESTORY_TESTS=ON -DCLERESTORY_BENCH=ON
 build release
 ctest --test-dir build/release --output-on-failure -j "$(nproc)" -LE large "$@"

@@ -1,28 +1,31 @@
 # Shared by run.sh, test.sh, .ci/run and bench/run.sh: packages and builds. Sourced from the repository's root.
 
-# Packages of packages.txt that are not installed yet, plus those named as arguments.
+# The packages of packages.txt that stand below the headings named: run, test.
+packages_for() {
+    awk -v wanted=" $* " '/^# [a-z]+:/ { heading = substr($2, 1, length($2) - 1) } !/^#/ && NF && index(wanted, " " heading " ") { print $1 }' packages.txt
+}
+
+# Those of the named packages that are not installed yet.
 missing_packages() {
-    local wanted
-    wanted=$( (sed 's/#.*//' packages.txt; printf '%s\n' "$@") | awk 'NF { print $1 }')
     local package
-    for package in $wanted; do
+    for package in "$@"; do
         dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || echo "$package"
     done
 }
 
-# Installs what is missing; quick and silent where nothing is.
-install_packages() {
+# Installs which of the named packages are missing; quick and silent where none is.
+install_missing() {
     if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
         echo "This is no Debian system: install what packages.txt names by your own means, then run cmake --preset release." >&2
         exit 2
     fi
     local missing
     missing=$(missing_packages "$@")
-    [ -z "$missing" ] && return
+    if [ -z "$missing" ]; then return; fi
     local as_root=()
     if [ "$(id -u)" -ne 0 ]; then
         if ! command -v sudo >/dev/null; then
-            echo "Not root and no sudo: run this as root: apt-get install" $missing >&2
+            echo "Not root and no sudo: run this as root: apt-get install --no-install-recommends" $missing >&2
             exit 2
         fi
         as_root=(sudo)
@@ -31,6 +34,11 @@ install_packages() {
     export DEBIAN_FRONTEND=noninteractive
     "${as_root[@]}" apt-get update -qq
     "${as_root[@]}" apt-get install -y -qq --no-install-recommends $missing >/dev/null
+}
+
+# Installs all of packages.txt and the packages named.
+install_packages() {
+    install_missing $(packages_for run test) "$@"
 }
 
 # configure PRESET [CMAKE OPTIONS]: quiet unless it fails. Files are compiled eight at a time: whole builds take a third of the
