@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <optional>
 #include <string>
 
 #include "ceilings.hpp"
@@ -20,6 +21,17 @@ std::string scaled(double value) {
     return fmt::format("{:.3g} P", value);
 }
 
+/// Why a run failed, if it did. Google Benchmark 1.8 gave the fields other names.
+template <typename Run>
+std::optional<std::string> failure_of(const Run& run) {
+    if constexpr (requires { run.skip_message; }) {
+        if (run.skipped) return run.skip_message;
+    } else {
+        if (run.error_occurred) return run.error_message;
+    }
+    return std::nullopt;
+}
+
 /// One Markdown table of all results.
 class TableReporter : public benchmark::BenchmarkReporter {
   public:
@@ -31,8 +43,8 @@ class TableReporter : public benchmark::BenchmarkReporter {
 
     void ReportRuns(const std::vector<Run>& runs) override {
         for (const Run& run : runs) {
-            if (run.error_occurred) {
-                fmt::print("| `{}` | failed: {} |\n", run.benchmark_name(), run.error_message);
+            if (const auto why = failure_of(run)) {
+                fmt::print("| `{}` | failed: {} |\n", run.benchmark_name(), *why);
                 continue;
             }
             const auto counter = [&](const char* name, auto format) -> std::string {

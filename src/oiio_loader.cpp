@@ -130,8 +130,8 @@ class OiioSource final : public ImageSource {
 }  // namespace
 
 std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& options) {
-    const oiio_abi::Functions& functions =
-        load_module(file, options.oiio_module.empty() ? find_module() : options.oiio_module);
+    const fs::path module = options.oiio_module.empty() ? find_module() : options.oiio_module;
+    const oiio_abi::Functions& functions = load_module(file, module);
     oiio_abi::Info info{};
     std::array<char, oiio_abi::MESSAGE_SIZE> message{};
     OiioSource::Handle image(functions.open(file.c_str(), &info, message.data()), functions.close);

@@ -221,8 +221,9 @@ TEST_F(BatchJobFile, ShardsShareTheJobsAndTheCost) {
     for (const std::size_t count : {1U, 2U, 4U, 7U, 300U}) {
         std::vector<std::size_t> seen(plan.jobs.size(), 0);
         for (std::size_t number = 1; number <= count; ++number) {
+            const Shard shard{number, count};
             std::uint64_t cost = 0;
-            for (const Job& job : jobs_of_shard(plan, {number, count})) {
+            for (const Job& job : jobs_of_shard(plan, shard)) {
                 ++seen[job.index];
                 cost += job.cost_ns;
             }

@@ -100,7 +100,7 @@ TEST_F(Study, JsonAgreesWithCsv) {
     ASSERT_EQ(rows.size(), study["points"].size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const json& p = study["points"][i];
-        EXPECT_EQ(rows[i].at("estimator"), p["estimator"]);
+        EXPECT_EQ(rows[i].at("estimator"), p["estimator"].get<std::string>());
         for (const char* key : {"samples", "control_degree", "degree", "lights"}) {
             EXPECT_EQ(rows[i].at(key), p[key].is_null() ? "" : p[key].dump()) << key;
         }
