@@ -7,6 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/prepare.sh
+builds=build # of either tree
 
 [ $# -ge 1 ] || { echo "usage: bench/compare.sh BASE [BENCHMARK OPTIONS]" >&2; exit 2; }
 base=$(git rev-parse --verify "$1^{commit}")

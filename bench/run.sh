@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what the benchmarks need (Debian 12), builds them, prints one table and writes bench/results/latest.json.
+# Installs what the benchmarks need (Debian 12 or 13), builds them, prints one table and writes bench/results/latest.json.
 # Arguments go to the benchmarks: bench/run.sh --benchmark_filter=draw_samples
 # CLERESTORY_BENCH_NAME names the file of results; CLERESTORY_BENCH_MAP a map, stored bottom-up, for whole processes to render
 # in place of the bundled one.
@@ -12,5 +12,5 @@ configure release -DCLERESTORY_BENCH=ON
 build release clerestory_bench clerestory_oiio
 mkdir -p bench/results
 results="bench/results/${CLERESTORY_BENCH_NAME:-latest}.json"
-build/release/bench/clerestory_bench --benchmark_min_time=0.05 --benchmark_out_format=json --benchmark_out="$results" "$@"
+"$builds/release/bench/clerestory_bench" --benchmark_min_time=0.05 --benchmark_out_format=json --benchmark_out="$results" "$@"
 sed -i '/"executable":/d; /"host_name":/d' "$results"  # nobody else's concern

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 install_packages gcovr
 configure coverage
 build coverage
-find build/coverage -name '*.gcda' -delete
+find "$builds/coverage" -name '*.gcda' -delete
 # Instrumented objects name the folder of their counters, which one test forbids of what is installed.
-ctest --test-dir build/coverage --output-on-failure -j "$(nproc)" -LE large -E 'NoInstalledFileNamesThePlace' "$@"
-gcovr --root . --filter 'src/' --filter 'include/' --exclude 'src/reference/' --print-summary --fail-under-line 90 build/coverage
+ctest --test-dir "$builds/coverage" --output-on-failure -j "$(nproc)" -LE large -E 'NoInstalledFileNamesThePlace' "$@"
+gcovr --root . --filter 'src/' --filter 'include/' --exclude 'src/reference/' --print-summary --fail-under-line 90 "$builds/coverage"

@@ -16,8 +16,9 @@ cc -shared -fPIC -Wall -Wextra -o "$work/oclgrind_shim.so" scripts/oclgrind_shim
 # log anew with every context, so findings are taken from stderr, where nothing else goes.
 status=0
 oclgrind --data-races --uninitialized --check-api --inst-counts --build-options "-cl-opt-disable -DINLINE=static" \
-    sh -c 'LD_PRELOAD="$1:$LD_PRELOAD" exec build/release/tests/clerestory_tests --gtest_brief=1 --gtest_filter="$2"' \
-    tiny "$work/oclgrind_shim.so" 'Tiny*:SequencePhilox*' >"$work/output" 2>"$work/findings" || status=$?
+    sh -c 'LD_PRELOAD="$1:$LD_PRELOAD" exec "$3" --gtest_brief=1 --gtest_filter="$2"' \
+    tiny "$work/oclgrind_shim.so" 'Tiny*:SequencePhilox*' "$builds/release/tests/clerestory_tests" \
+    >"$work/output" 2>"$work/findings" || status=$?
 if [ "$status" -ne 0 ] || [ -s "$work/findings" ]; then
     grep -vE '^ *[0-9,]+ - |^Instructions executed|^$' "$work/output" >&2 || true
     cat "$work/findings" >&2

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 . scripts/prepare.sh
 where_possible=no
 if [ "${1:-}" = --where-possible ]; then where_possible=yes && shift; fi
-program=$(realpath "${1:-build/release}")/clerestory
+program=$(realpath "${1:-$builds/release}")/clerestory
 [ -x "$program" ] || { echo "$program: not built" >&2; exit 2; }
 
 work=$(mktemp -d)

@@ -16,10 +16,10 @@ export ASAN_OPTIONS=allocator_may_return_null=1 LSAN_OPTIONS=suppressions=$PWD/s
 fuzz() {
     local name=$1 seconds=$2
     shift 2
-    local found=build/sanitize/fuzz/found/$name
+    local found=$builds/sanitize/fuzz/found/$name
     mkdir -p "$found"
     echo "$name, $seconds s:"
-    build/sanitize/fuzz/"${name}_fuzz" -seed=1 -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 -max_len=4096 \
+    "$builds/sanitize/fuzz/${name}_fuzz" -seed=1 -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 -max_len=4096 \
         -artifact_prefix="$found/" -print_final_stats=1 "$@" "$found" "fuzz/corpus/$name" 2>"$found.log" ||
         { cat "$found.log" >&2; exit 1; }
     grep -E "number_of_executed_units|slowest_unit_time|peak_rss" "$found.log"

@@ -1,5 +1,8 @@
 # Shared by run.sh, test.sh, .ci/run and bench/run.sh: packages and builds. Sourced from the repository's root.
 
+# Each preset is built in a folder of its name here; a relative one is seen from the repository's root.
+builds=${CLERESTORY_BUILD_DIR:-build}
+
 # The packages of packages.txt that stand below the headings named: run, test.
 packages_for() {
     awk -v wanted=" $* " '/^# [a-z]+:/ { heading = substr($2, 1, length($2) - 1) } !/^#/ && NF && index(wanted, " " heading " ") { print $1 }' packages.txt
@@ -46,7 +49,7 @@ install_packages() {
 configure() {
     local log
     log=$(mktemp)
-    if ! cmake --preset "$@" -DCMAKE_UNITY_BUILD=ON >"$log" 2>&1; then
+    if ! cmake --preset "$@" -B "$builds/$1" -DCMAKE_UNITY_BUILD=ON >"$log" 2>&1; then
         cat "$log" >&2
         rm -f "$log"
         exit 1
@@ -60,5 +63,5 @@ build() {
     shift
     local targets=()
     [ $# -gt 0 ] && targets=(--target "$@")
-    cmake --build --preset "$preset" "${targets[@]}" -- --quiet
+    cmake --build "$builds/$preset" "${targets[@]}" -- --quiet
 }
