@@ -236,7 +236,7 @@ TEST_F(ReproduceRun, SharedErrorsAreSmoothAndFreshOnesAreGrain) {
 }
 
 TEST_F(ReproduceRun, FittedSlopesAreThoseOfRandomSampling) {
-    const json& fits = figure("figure_15").at("fits");
+    const json fits = figure("figure_15").at("fits");
     for (const auto& [name, fit] : fits.items()) {
         const double slope = fit.at("slope");
         const double half_width = fit.at("half_width_95");
