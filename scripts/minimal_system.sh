@@ -20,7 +20,7 @@ make_system() {
     if [ -n "$kept" ] && [ -e "$kept/$suite.tar" ]; then
         tar -C "$system" --numeric-owner -xf "$kept/$suite.tar"
     else
-        if ! debootstrap --variant=minbase "$suite" "$system" >"$system/debootstrap.out" 2>&1; then
+        if ! isolated debootstrap --variant=minbase "$suite" "$system" >"$system/debootstrap.out" 2>&1; then
             tail -n 20 "$system/debootstrap.out" >&2
             return 1
         fi
@@ -32,6 +32,7 @@ make_system() {
         fi
     fi
     cp -L /etc/resolv.conf /etc/hosts "$system/etc/"
+    if [ -n "${http_proxy:-}" ]; then echo "Acquire::http::Proxy \"$http_proxy\";" >"$system/etc/apt/apt.conf.d/99proxy"; fi
     mkdir "$system/home/empty"
     if [ -n "$kept" ]; then
         mkdir -p "$kept/$suite-packages"
@@ -41,12 +42,21 @@ make_system() {
 
 # Mounts and processes live in namespaces of their own, which end with the command: nothing is left mounted, however the script ends, and
 # deleting a system never meets another file system.
+isolated() {
+    local status=0
+    # In the background, so that signals are heard while it runs.
+    setpriv --pdeathsig KILL unshare --mount --mount-proc --pid --fork --kill-child=KILL "$@" </dev/null &
+    minimal_process=$!
+    wait "$minimal_process" || status=$?
+    minimal_process=
+    return "$status"
+}
+
 in_system() {
-    local root=$1 packages= status=0
+    local root=$1 packages=
     shift
     if [ -e "$root.packages" ]; then packages=$(cat "$root.packages"); fi
-    # In the background, so that signals are heard while it runs.
-    setpriv --pdeathsig KILL unshare --mount --pid --fork --kill-child=KILL sh -euc '
+    isolated sh -euc '
         root=$1 packages=$2
         shift 2
         umask 022
@@ -67,11 +77,7 @@ in_system() {
         ln -s /proc/self/fd/2 "$root/dev/stderr"
         if [ -n "$packages" ]; then mount --bind "$packages" "$root/var/cache/apt/archives"; fi
         chroot "$root" /usr/bin/env -i HOME=/home/empty PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin "$@"
-    ' minimal "$root" "$packages" "$@" </dev/null &
-    minimal_process=$!
-    wait "$minimal_process" || status=$?
-    minimal_process=
-    return "$status"
+    ' minimal "$root" "$packages" "$@"
 }
 
 remove_systems() {
