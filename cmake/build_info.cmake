@@ -1,6 +1,10 @@
 # Writes OUTPUT, the C++ file behind clerestory/version.hpp: VERSION, COMPILER, and the commit of SOURCE_DIR, "unknown" where that is no
-# checkout of its own. Left alone where nothing has changed, so that nothing is built again.
+# checkout of its own and no archive by git, which writes it below. Left alone where nothing has changed, so that nothing is built again.
 set(commit unknown)
+set(archived "$Format:%H$")
+if(archived MATCHES "^[0-9a-f]+$")
+  string(SUBSTRING ${archived} 0 12 commit)
+endif()
 find_program(GIT git)
 if(GIT AND EXISTS ${SOURCE_DIR}/.git)
   execute_process(COMMAND ${GIT} -C ${SOURCE_DIR} describe --always --dirty --abbrev=12 --exclude=* OUTPUT_VARIABLE described
