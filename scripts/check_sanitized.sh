@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/prepare.sh
-install_packages clang libclang-rt-14-dev
+install_packages clang libclang-rt-dev
 configure sanitize
 build sanitize clerestory_tests
 # PoCL and LLVM keep memory until the process ends: leaks are looked for in our own code by the suppressions.

@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/prepare.sh
-install_packages clang libclang-rt-14-dev
+install_packages clang libclang-rt-dev
 configure sanitize
 build sanitize map_fuzz job_file_fuzz command_line_fuzz
 # What libFuzzer finds on its way stays out of the repository. OpenEXR may ask for the 2 GB that a nested size can claim, but
