@@ -25,14 +25,16 @@ arguments=("$@")
 while [ $# -gt 0 ]; do
     case $1 in
         --help) usage; exit 0 ;;
-        --keep) keep=$(realpath -m -- "${2:?a folder}"); shift ;;
-        --only) commands=${2:-}; shift ;;
+        --keep | --only)
+            [ $# -gt 1 ] || fail_usage "$1: what?"
+            if [ "$1" = --keep ]; then keep=$(realpath -m -- "$2"); else commands=$2; fi
+            shift ;;
         -*) fail_usage "$1: no such flag" ;;
         *) suites+=("$1") ;;
     esac
     shift
 done
-case $commands in "run test" | run | test) ;; *) fail_usage "--only takes run or test" ;; esac
+case $commands in "run test" | run | test) ;; *) fail_usage "--only $commands: takes run or test" ;; esac
 [ ${#suites[@]} -gt 0 ] || fail_usage "no suite named"
 if [ "$(id -u)" -ne 0 ]; then exec sudo -- "$(realpath "$0")" "${arguments[@]}"; fi
 cd "$(dirname "$0")/.."

@@ -15,17 +15,24 @@ two cores six minutes a suite.
 Example: scripts/check_package.sh bookworm trixie
 END
 }
+fail_usage() {
+    echo "$1; scripts/check_package.sh --help says more" >&2
+    exit 2
+}
 keep="" suites=()
 while [ $# -gt 0 ]; do
     case $1 in
         --help) usage; exit 0 ;;
-        --keep) keep=$(realpath -m -- "${2:?a folder}"); shift ;;
-        -*) echo "$1: no such flag; scripts/check_package.sh --help says more" >&2; exit 2 ;;
+        --keep)
+            [ $# -gt 1 ] || fail_usage "$1: what?"
+            keep=$(realpath -m -- "$2")
+            shift ;;
+        -*) fail_usage "$1: no such flag" ;;
         *) suites+=("$1") ;;
     esac
     shift
 done
-[ ${#suites[@]} -gt 0 ] || { echo "no suite named; scripts/check_package.sh --help says more" >&2; exit 2; }
+[ ${#suites[@]} -gt 0 ] || fail_usage "no suite named"
 cd "$(dirname "$0")/.."
 . scripts/prepare.sh
 . scripts/minimal_system.sh
