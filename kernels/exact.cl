@@ -129,6 +129,38 @@ kernel void sum_latitudes(global const float* radiance, uint width, uint height,
     vstore4((double4)(sine, 0.0), 2, to);
 }
 
+/// The same table by work-items in lock step: each sums one number of the entry along its latitude, so that neighbours
+/// write neighbouring words. Equal to sum_latitudes to the bit.
+/// Range: one work-item per latitude and number of its entry, numbers side by side.
+kernel void sum_latitude_numbers(global const float* radiance, uint width, uint height, double scale,
+                                 global const double* meridians, uint first, uint band, global double* moments) {
+    const size_t at = get_global_id(0) / LATITUDE_ENTRY;
+    if (at >= band) return;
+    const uint number = (uint)(get_global_id(0) % LATITUDE_ENTRY);
+    const uint kind = number / 4u;  // flat, cosine, sine
+    const uint place = number % 4u;
+    const bool is_difference = place == 3u;
+    const uint channel = is_difference ? kind : place;
+    const uint i = first + (uint)at;
+    global const float* above = radiance + 3 * (size_t)width * (i == 0u ? 0u : i - 1u) + channel;
+    global const float* below = radiance + 3 * (size_t)width * (i == height ? 0u : i) + channel;
+    const double scale_above = i == 0u ? 0.0 : scale;
+    const double scale_below = i == height ? 0.0 : scale;
+    const double step = TWO_PI_D / width;
+    global double* to = moments + LATITUDE_ENTRY * at * ((size_t)width + 1) + number;
+    double sum = 0.0;
+    double2 from = vload2(0, meridians);
+    for (uint j = 0u; j < width; ++j) {
+        const double2 until = vload2(j + 1u, meridians);
+        const double d = below[3 * (size_t)j] * scale_below - above[3 * (size_t)j] * scale_above;
+        const double value = kind == 0u ? sum - d * (step * j) : kind == 1u ? sum - d * from.y : sum + d * from.x;
+        to[LATITUDE_ENTRY * (size_t)j] = is_difference ? d : value;
+        sum += d * (kind == 0u ? step : kind == 1u ? until.y - from.y : from.x - until.x);
+        from = until;
+    }
+    to[LATITUDE_ENTRY * (size_t)width] = is_difference ? 0.0 : sum;
+}
+
 /// Adds latitudes first .. first + band - 1 to every pixel.
 ///   sums [3 * stride]  planes: 2 E, added to
 /// Range: one work-item per pixel. Latitudes are added in their order, so the result is the same for any range.
@@ -219,6 +251,31 @@ kernel void sum_meridians(global const float* radiance, uint width, uint height,
     }
     vstore4((double4)(sum, 0.0), 0, to);
     vstore4((double4)(0.0), 1, to);
+}
+
+/// The same table by work-items in lock step, as sum_latitude_numbers. Equal to sum_meridians to the bit.
+/// Range: one work-item per meridian and number of its entry, numbers side by side.
+kernel void sum_meridian_numbers(global const float* radiance, uint width, uint height, double scale, uint first,
+                                 uint band, global double* moments) {
+    const size_t at = get_global_id(0) / MERIDIAN_ENTRY;
+    if (at >= band) return;
+    const uint number = (uint)(get_global_id(0) % MERIDIAN_ENTRY);
+    const bool is_difference = number >= 4u;
+    const uint channel = number % 4u;
+    const bool is_padding = channel == 3u;
+    const uint j = first + (uint)at;
+    global const float* right = radiance + 3 * (size_t)j + (is_padding ? 0u : channel);
+    global const float* left = radiance + 3 * (size_t)(j == 0u ? width - 1u : j - 1u) + (is_padding ? 0u : channel);
+    const double step = PI_D / height;
+    global double* to = moments + MERIDIAN_ENTRY * at * ((size_t)height + 1) + number;
+    double sum = 0.0;
+    for (uint i = 0u; i < height; ++i) {
+        const size_t row = 3 * (size_t)width * i;
+        const double d = is_padding ? 0.0 : right[row] * scale - left[row] * scale;
+        to[MERIDIAN_ENTRY * (size_t)i] = is_difference ? d : sum - d * (step * i);
+        sum += d * step;
+    }
+    to[MERIDIAN_ENTRY * (size_t)height] = is_difference ? 0.0 : sum;
 }
 
 /// Adds meridians first .. first + band - 1 to every pixel.

@@ -15,6 +15,7 @@
 #endif
 #define PLANES (3 * ROWS_PER_ITEM)
 
+#if PIXELS_WIDE == 16
 /// Histogram of the map's intensities.
 ///   radiance [3 * height * width]      linear RGB, row-major, top row first
 ///   scale                              2^-exponent of the map
@@ -151,6 +152,98 @@ kernel void sum_rows(global const float* radiance, uint width, uint height, floa
         if ((uint)k / 3u < rows) square[3 * (size_t)first_row + (uint)k] = sum_lanes(squares[k]);
     }
 }
+#else
+// The same for work-items in lock step.
+
+/// Histogram of the map's intensities.
+///   radiance [3 * height * width]     linear RGB, row-major, top row first
+///   scale                             2^-exponent of the map
+///   bins     [sets * INTENSITY_BINS]  counts, 0 before; work-items share the sets out, so that few meet at one place
+/// Range: any number of work-items; each takes every one of its own distance apart. Exact: integers in any order.
+kernel void count_intensities_in_step(global const float* radiance, uint texels, uint items, float scale, uint sets,
+                                      volatile global uint* bins) {
+    const uint item = (uint)get_global_id(0);
+    if (item >= items) return;
+    volatile global uint* own = bins + INTENSITY_BINS * (size_t)(get_group_id(0) % sets);
+    for (size_t at = item; at < texels; at += items) {
+        const float intensity =
+            mean_intensity(radiance[3 * at] * scale, radiance[3 * at + 1] * scale, radiance[3 * at + 2] * scale);
+        atomic_inc(own + intensity_bin(intensity));
+    }
+}
+
+/// What exceeds `threshold`, in no order: each work-item takes the next free place.
+///   found  [1]         texels so far, 0 before; counted on past `room`, which tells the host how much it takes
+///   texel  [room]      row * width + column
+///   excess [3 * room]  R, G, B side by side, times 2^-exponent
+/// Range: one work-item per texel.
+kernel void collect_lights_in_step(global const float* radiance, uint texels, float scale, float threshold, uint room,
+                                   volatile global uint* found, global uint* texel, global float* excess) {
+    const size_t at = get_global_id(0);
+    if (at >= texels) return;
+    const float r = radiance[3 * at] * scale;
+    const float g = radiance[3 * at + 1] * scale;
+    const float b = radiance[3 * at + 2] * scale;
+    const float taken = 1.0f - kept_part(mean_intensity(r, g, b), threshold);
+    if (!(taken > 0.0f)) return;
+    const size_t place = atomic_inc(found);
+    if (place >= room) return;
+    texel[place] = (uint)at;
+    excess[3 * place] = r * taken;
+    excess[3 * place + 1] = g * taken;
+    excess[3 * place + 2] = b * taken;
+}
+
+/// Columns that are added in float32 before their sum joins the row's: bounds the rounding of long rows.
+#define COLUMNS_PER_BLOCK 64u
+
+/// What sum_rows computes where work-items are fat: Fourier sums of every row, and its squares.
+///   waves  [2 * (degree + 1) * width]  for each column: cos(m phi), then sin(m phi), at its centre, m = 0 .. degree
+/// Range: one work-item per row and m, those of a row side by side: they read the same texel and neighbouring waves.
+/// Error: 1e-6 of the row's mean (measured in tests/harmonic_test.cpp).
+kernel void sum_rows_in_step(global const float* radiance, uint width, uint height, float scale, float threshold,
+                             global const float* waves, uint degree, global float* sums, global float* square) {
+    const uint orders = degree + 1u;
+    const uint row = (uint)get_global_id(0) / orders;
+    const uint m = (uint)get_global_id(0) % orders;
+    if (row >= height) return;
+    global const float* from = radiance + 3 * (size_t)width * row;
+    float3 cosines = (float3)(0.0f);
+    float3 sines = (float3)(0.0f);
+    float3 squares = (float3)(0.0f);
+    for (uint first = 0u; first < width; first += COLUMNS_PER_BLOCK) {
+        const uint last = min(first + COLUMNS_PER_BLOCK, width);
+        float3 c = (float3)(0.0f);
+        float3 s = (float3)(0.0f);
+        float3 q = (float3)(0.0f);
+        for (uint j = first; j < last; ++j) {
+            const float r = from[3 * j] * scale;
+            const float g = from[3 * j + 1] * scale;
+            const float b = from[3 * j + 2] * scale;
+            const float3 x = (float3)(r, g, b) * kept_part(mean_intensity(r, g, b), threshold);
+            global const float* wave = waves + 2 * (size_t)orders * j + m;
+            c = fma(x, (float3)(wave[0]), c);
+            s = fma(x, (float3)(wave[orders]), s);
+            q = fma(x, x, q);
+        }
+        cosines += c;
+        sines += s;
+        squares += q;
+    }
+    global float* to = sums + 6 * ((size_t)row * orders + m);
+    to[0] = cosines.x;
+    to[1] = cosines.y;
+    to[2] = cosines.z;
+    to[3] = sines.x;
+    to[4] = sines.y;
+    to[5] = sines.z;
+    if (m == 0u) {
+        square[3 * (size_t)row] = squares.x;
+        square[3 * (size_t)row + 1] = squares.y;
+        square[3 * (size_t)row + 2] = squares.z;
+    }
+}
+#endif
 
 /// A harmonic series at every pixel's normal.
 ///   normal [3 * stride]  three planes, unit length
@@ -175,7 +268,7 @@ kernel void evaluate_harmonics(global const float* normal, global const float* t
     pixels_t red[HARMONIC_REGISTERS], green[HARMONIC_REGISTERS], blue[HARMONIC_REGISTERS];
 #pragma unroll
     for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
-        const size_t at = item * HARMONIC_REGISTERS + k;
+        const size_t at = REGISTER_OF(item, items, k, HARMONIC_REGISTERS);
         x[k] = LOAD_PIXELS(at, normal);
         y[k] = LOAD_PIXELS(at, normal + stride);
         z[k] = LOAD_PIXELS(at, normal + 2 * (size_t)stride);
@@ -228,7 +321,7 @@ kernel void evaluate_harmonics(global const float* normal, global const float* t
     const pixels_t least = (pixels_t)(clamped != 0u ? 0.0f : -INFINITY);
 #pragma unroll
     for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
-        const size_t at = item * HARMONIC_REGISTERS + k;
+        const size_t at = REGISTER_OF(item, items, k, HARMONIC_REGISTERS);
         if (add != 0u) {
             red[k] += LOAD_PIXELS(at, white);
             green[k] += LOAD_PIXELS(at, white + stride);
@@ -244,11 +337,15 @@ kernel void evaluate_harmonics(global const float* normal, global const float* t
 #ifndef LIGHT_REGISTERS
 #define LIGHT_REGISTERS 16
 #endif
+/// Place of register v of a work-item's own, among those of all lights.
+#define LIGHT_PLACE(v) REGISTER_OF(item, (size_t)items, v, LIGHT_REGISTERS)
+/// Place of number k of a work-item's sums: beside its other ones, or in lock step beside its neighbours'.
+#define SUM_PLACE(k) REGISTER_OF(item, (size_t)items, k, size)
 
 /// Sums over lights of weight times harmonic: the coefficients of light that comes from single directions.
 ///   light [6 * light_stride]  planes x, y, z, weights of R, G, B; zeros from the last light on
 ///   terms                     as in evaluate_harmonics, of which the values and steps are read
-///   sums  [items * size]      in the layout of terms: for R, G, B the sums of weight times x, y, z; then in the place of
+///   sums  [items * size]      SUM_PLACE of each number, in the layout of terms: for R, G, B the sums of weight times x, y, z; then in the place of
 ///                             each six coefficients the sums of weight times function and cosine, of R, G, B, then
 ///                             times sine. Other places are not written.
 /// Range: one work-item per LIGHT_REGISTERS * PIXELS_WIDE lights. No local memory, no barrier.
@@ -258,17 +355,16 @@ kernel void project_lights(global const float* light, uint light_stride, global 
     const size_t item = get_global_id(0);
     if (item >= items) return;
     const size_t stride = light_stride;
-    const uint registers = (uint)(min(stride / PIXELS_WIDE - item * LIGHT_REGISTERS, (size_t)LIGHT_REGISTERS));
-    global const float* block = light + item * LIGHT_REGISTERS * PIXELS_WIDE;
-    global float* to = sums + item * size;
+    uint registers = 0u;
+    while (registers < LIGHT_REGISTERS && LIGHT_PLACE(registers) < stride / PIXELS_WIDE) ++registers;
     for (uint c = 0u; c < 3u; ++c) {
         pixels_t along[3] = {(pixels_t)(0.0f), (pixels_t)(0.0f), (pixels_t)(0.0f)};
         for (uint v = 0u; v < registers; ++v) {
-            const pixels_t w = LOAD_PIXELS(v, block + (3 + c) * stride);
+            const pixels_t w = LOAD_PIXELS(LIGHT_PLACE(v), light + (3 + c) * stride);
 #pragma unroll
-            for (uint d = 0u; d < 3u; ++d) along[d] = fma(w, LOAD_PIXELS(v, block + d * stride), along[d]);
+            for (uint d = 0u; d < 3u; ++d) along[d] = fma(w, LOAD_PIXELS(LIGHT_PLACE(v), light + d * stride), along[d]);
         }
-        for (uint d = 0u; d < 3u; ++d) to[3u * c + d] = sum_lanes(along[d]);
+        for (uint d = 0u; d < 3u; ++d) sums[SUM_PLACE(3u * c + d)] = sum_lanes(along[d]);
     }
     pixels_t cosine[LIGHT_REGISTERS], sine[LIGHT_REGISTERS], before[LIGHT_REGISTERS], here[LIGHT_REGISTERS];
     pixels_t weight[LIGHT_REGISTERS][6];
@@ -281,10 +377,10 @@ kernel void project_lights(global const float* light, uint light_stride, global 
         const float start = terms[next++];
         for (uint v = 0u; v < registers; ++v) {
             before[v] = (pixels_t)(0.0f);
-            here[v] = (m & 1u) != 0u ? start * LOAD_PIXELS(v, block + stride) : (pixels_t)(start);
+            here[v] = (m & 1u) != 0u ? start * LOAD_PIXELS(LIGHT_PLACE(v), light + stride) : (pixels_t)(start);
 #pragma unroll
             for (uint c = 0u; c < 3u; ++c) {
-                const pixels_t w = LOAD_PIXELS(v, block + (3 + c) * stride);
+                const pixels_t w = LOAD_PIXELS(LIGHT_PLACE(v), light + (3 + c) * stride);
                 weight[v][c] = w * cosine[v];
                 weight[v][3 + c] = w * sine[v];
             }
@@ -294,7 +390,7 @@ kernel void project_lights(global const float* light, uint light_stride, global 
 #pragma unroll
             for (uint c = 0u; c < 6u; ++c) sum[c] = (pixels_t)(0.0f);
             for (uint v = 0u; v < registers; ++v) {
-                const pixels_t y = LOAD_PIXELS(v, block + stride);
+                const pixels_t y = LOAD_PIXELS(LIGHT_PLACE(v), light + stride);
 #pragma unroll
                 for (uint c = 0u; c < 6u; ++c) sum[c] = fma(here[v], weight[v][c], sum[c]);
                 const pixels_t after = fma(fma(y * y, (pixels_t)(terms[next]), (pixels_t)(terms[next + 1u])), here[v],
@@ -303,12 +399,12 @@ kernel void project_lights(global const float* light, uint light_stride, global 
                 here[v] = after;
             }
 #pragma unroll
-            for (uint c = 0u; c < 6u; ++c) to[next + 3u + c] = sum_lanes(sum[c]);
+            for (uint c = 0u; c < 6u; ++c) sums[SUM_PLACE(next + 3u + c)] = sum_lanes(sum[c]);
             next += 9u;
         }
         for (uint v = 0u; v < registers; ++v) {
-            const pixels_t x = LOAD_PIXELS(v, block);
-            const pixels_t z = LOAD_PIXELS(v, block + 2 * stride);
+            const pixels_t x = LOAD_PIXELS(LIGHT_PLACE(v), light);
+            const pixels_t z = LOAD_PIXELS(LIGHT_PLACE(v), light + 2 * stride);
             const pixels_t turned = fma(cosine[v], x, -(sine[v] * z));
             sine[v] = fma(cosine[v], z, sine[v] * x);
             cosine[v] = turned;

@@ -1,4 +1,5 @@
 #pragma OPENCL FP_CONTRACT OFF
+#include "marginal.clh"
 #include "table.clh"
 #include "wide_row.clh"
 
@@ -281,29 +282,6 @@ kernel void finish_chunks(global const uint* start, global const uint* row_total
     for (uint j = first; j < last; ++j) table[j] = table_end(offset + table[j], row_end, stretch_by);
 }
 
-/// A row's share as a 64-bit mantissa: value = product * 2^exponent.
-typedef struct {
-    ulong product;
-    int exponent;
-} RowShare;
-
-/// Sum of a row times the sine at its centre. 40 bits of the sum times 24 of the sine; the sum's lower bits are cut.
-RowShare row_share(RowWeight weight, float sine) {
-    RowShare share;
-    share.product = 0ul;
-    share.exponent = 0;
-    if (weight.lit == 0u) return share;
-    const int sum_shift = (int)clz(weight.sum) - 24;
-    const ulong sum_bits = sum_shift >= 0 ? weight.sum << sum_shift : weight.sum >> -sum_shift;
-    const int sine_exponent = ilogb(sine);
-    const ulong sine_bits = convert_ulong(ldexp(sine, 23 - sine_exponent));
-    const ulong product = sum_bits * sine_bits;
-    const int lead = (int)clz(product);
-    share.product = product << lead;
-    share.exponent = weight.exponent - sum_shift + sine_exponent - lead;
-    return share;
-}
-
 /// The marginal table over rows.
 ///   sine     [height]  sin(theta) at each row's centre
 ///   share    [height]  work space
@@ -320,31 +298,21 @@ kernel void scan_marginal(global const RowWeight* row_weight, global const float
         largest = max(largest, row_share(row_weight[i], sine[i]).exponent);
         ++lit;
     }
-    const int headroom = 1 + 32 - (int)clz(height);
     ulong total = 0ul;
     for (uint i = 0; i < height; ++i) {
-        ulong cut = 0ul;
+        share[i] = 0ul;
         if (row_weight[i].lit != 0u) {
             const RowShare part = row_share(row_weight[i], sine[i]);
-            const int shift = headroom + largest - part.exponent;
-            cut = max(1ul, shift < 64 ? part.product >> shift : 0ul);
+            share[i] = cut_share(part.product, part.exponent, largest, height);
         }
-        share[i] = cut;
-        total += cut;
+        total += share[i];
     }
-    if (total == 0ul) {
-        for (uint i = 0; i < height; ++i) marginal[i] = 0u;
-        return;
-    }
-    const int lead = (int)clz(total);
-    const ulong room = (ulong)(TABLE_ONE - lit);
-    const ulong per_unit = (room << 32) / (((total << lead) >> 32) + 1ul);
     ulong running = 0ul;
     uint lit_so_far = 0u;
     for (uint i = 0; i < height; ++i) {
         running += share[i];
         lit_so_far += share[i] != 0ul;
-        marginal[i] = running == total ? TABLE_ONE : (uint)mul_hi(running << lead, per_unit) + lit_so_far;
+        marginal[i] = marginal_end(running, lit_so_far, total, lit);
     }
 }
 

@@ -15,7 +15,7 @@
 
 /// Writes a line of `to`, whole and aligned, without reading it first. What a work-group leaves on its way to memory is
 /// there when the driver hands the group over, which takes a locked instruction.
-#if CLANG_BUILTINS
+#if STREAMING_STORES
 #define STREAM_LINE(line, to) __builtin_nontemporal_store(line, (global float16*)(to))
 #else
 #define STREAM_LINE(line, to) vstore16(line, 0, to)

@@ -61,7 +61,7 @@ kernel void shade_shared(global const float* normal, global const float* light, 
     pixels_t red[REGISTERS], green[REGISTERS], blue[REGISTERS];
 #pragma unroll
     for (int k = 0; k < REGISTERS; ++k) {
-        const size_t at = item * REGISTERS + k;
+        const size_t at = REGISTER_OF(item, items, k, REGISTERS);
         nx[k] = LOAD_PIXELS(at, normal);
         ny[k] = LOAD_PIXELS(at, normal + stride);
         nz[k] = LOAD_PIXELS(at, normal + 2 * (size_t)stride);
@@ -84,7 +84,7 @@ kernel void shade_shared(global const float* normal, global const float* light, 
     }
 #pragma unroll
     for (int k = 0; k < REGISTERS; ++k) {
-        const size_t at = item * REGISTERS + k;
+        const size_t at = REGISTER_OF(item, items, k, REGISTERS);
         STORE_PIXELS(red[k], at, white);
         STORE_PIXELS(green[k], at, white + stride);
         STORE_PIXELS(blue[k], at, white + 2 * (size_t)stride);

@@ -1,5 +1,7 @@
 #include "distribution.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -40,53 +42,128 @@ DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
       height(map.height),
       radiance(Floats::over(device, "the map", {map.rgb.data(), map.rgb.size()})) {}
 
-struct TableBuilder::State {
-    explicit State(const Device& opened) : device(opened) {}
+namespace {
 
-    /// Kernels that weigh rows cut into chunks. Whole rows are weighed by build_rows.
-    struct Stage1 {
-        explicit Stage1(const Device& opened) : device(opened) {}
+using Ulongs = Buffer<cl_ulong>;
+using Ints = Buffer<cl_int>;
 
-        const Device& device;
-        Program program{device, "stage1_weight.cl"};
-        Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks{device, program, "census_chunks"};
-        Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census{device, program, "join_census"};
-        Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks{
-            device, program, "sum_chunks"};
-        Kernel<Weights, cl_uint, cl_uint, Weights> join_weights{device, program, "join_weights"};
-    };
+/// What joins chunks to rows, whoever weighed them.
+struct JoinKernels {
+    explicit JoinKernels(const Device& device)
+        : stage1(device, "stage1_weight.cl"),
+          join_census(device, stage1, "join_census"),
+          join_weights(device, stage1, "join_weights") {}
+
+    Program stage1;
+    Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census;
+    Kernel<Weights, cl_uint, cl_uint, Weights> join_weights;
+};
+
+/// Kernels in which a fat work-item takes a chunk.
+struct ChunkKernels {
+    ChunkKernels(const Device& device, const Program& stage1, const Program& stage2)
+        : census_chunks(device, stage1, "census_chunks"),
+          sum_chunks(device, stage1, "sum_chunks"),
+          scan_chunks(device, stage2, "scan_chunks"),
+          finish_chunks(device, stage2, "finish_chunks") {}
+
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks;
+    Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks;
+    Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints>
+        scan_chunks;
+    Kernel<Uints, Uints, cl_uint, cl_uint, cl_uint, Uints> finish_chunks;
+};
+
+/// Kernels in which a group of work-items in lock step takes a chunk, or a tile of the marginal.
+struct GroupKernels {
+    explicit GroupKernels(const Device& opened) : device(opened) {}
 
     const Device& device;
-    std::size_t local_bytes = device.handle().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
-    std::optional<Stage1> built_stage1;
+    Program program{device, "stage2_groups.cl", fmt::format("-DSCAN_LANES={}u", device.traits().scan_lanes)};
+    Kernel<Floats, cl_uint, cl_uint, Censuses> census_groups{device, program, "census_groups"};
+    Kernel<Floats, Censuses, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_groups{device, program,
+                                                                                                 "sum_groups"};
+    Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints> scan_groups{
+        device, program, "scan_groups"};
+    Kernel<Uints, Uints, cl_uint, cl_uint, cl_uint, Uints> finish_texels{device, program, "finish_texels"};
+    Kernel<Weights, Floats, cl_uint, Ulongs, Ints, Ulongs> share_rows{device, program, "share_rows"};
+    Kernel<Ints, cl_uint, Ints> find_largest{device, program, "find_largest"};
+    Kernel<Ints, Ints, cl_uint, Ulongs> cut_shares{device, program, "cut_shares"};
+    Kernel<Ulongs, cl_uint, Ulongs> scan_tiles{device, program, "scan_tiles"};
+    Kernel<Ulongs, cl_uint, Ulongs> add_tiles{device, program, "add_tiles"};
+    Kernel<Ulongs, Ulongs, cl_uint, Uints> finish_marginal{device, program, "finish_marginal"};
+
+    /// Replaces the numbers by their running sums: tile by tile, then the tiles' totals in the same way.
+    void scan(Ulongs& values) {
+        const std::size_t tiles = (values.size() - 1) / device.traits().scan_lanes + 1;
+        Ulongs totals(device, "the tiles' totals", tiles);
+        scan_tiles(device.scanning(tiles), values, narrow(values.size()), totals);
+        if (tiles == 1) return;
+        scan(totals);
+        add_tiles(device.thin(values.size()), totals, narrow(values.size()), values);
+    }
+
+    void scan_marginal(const Weights& weights, const Floats& sines, Uints& marginal) {
+        const std::size_t height = marginal.size();
+        const auto h = narrow(height);
+        Ulongs shares(device, "the rows' shares", height);
+        Ulongs lit(device, "the lit rows", height);
+        Ints exponents(device, "the shares' exponents", height);
+        Ints largest(device, "the largest exponent", 1);
+        share_rows(device.thin(height), weights, sines, h, shares, exponents, lit);
+        find_largest(device.scanning(1), exponents, h, largest);
+        cut_shares(device.thin(height), exponents, largest, h, shares);
+        scan(shares);
+        scan(lit);
+        finish_marginal(device.thin(height), shares, lit, h, marginal);
+    }
+};
+
+}  // namespace
+
+struct TableBuilder::State {
+    explicit State(const Device& opened) : device(opened) {
+        if (device.traits().fat_items) {
+            build_rows.emplace(device, stage2, "build_rows");
+            scan_marginal.emplace(device, stage2, "scan_marginal");
+        } else {
+            groups.emplace(device);
+        }
+    }
+
+    const Device& device;
     Program stage2{device, "stage2_cdf.cl"};
-    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, cl_uint, Censuses, Weights, Uints, Uints,
-           LocalArray<cl_float16>>
-        build_rows{device, stage2, "build_rows"};
-    Kernel<Floats, Censuses, Weights, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Uints, Uints>
-        scan_chunks{device, stage2, "scan_chunks"};
     Kernel<Uints, cl_uint, cl_uint, Uints, Uints> scan_totals{device, stage2, "scan_totals"};
-    Kernel<Uints, Uints, cl_uint, cl_uint, cl_uint, Uints> finish_chunks{device, stage2, "finish_chunks"};
-    Kernel<Weights, Floats, cl_uint, Buffer<cl_ulong>, Uints> scan_marginal{device, stage2, "scan_marginal"};
     Kernel<Uints, cl_uint, cl_uint, cl_uint, Uints> build_guides{device, stage2, "build_guides"};
+    using BuildRows = Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, cl_uint, Censuses,
+                             Weights, Uints, Uints, LocalArray<cl_float16>>;
+    std::optional<BuildRows> build_rows;
+    std::optional<Kernel<Weights, Floats, cl_uint, Ulongs, Uints>> scan_marginal;
+    std::optional<GroupKernels> groups;  ///< where work-items run in lock step
+    std::optional<JoinKernels> built_joins;
+    std::optional<ChunkKernels> built_chunks;
 
-    /// Built when first asked for: compiling it would be part of every first run.
-    Stage1& stage1() { return built_stage1 ? *built_stage1 : built_stage1.emplace(device); }
-
-    /// Range of one work-item per row or chunk: few fat items, so small groups.
-    [[nodiscard]] Range fat(std::size_t count) const { return {count, device.work_group(1)}; }
-    [[nodiscard]] Range thin(std::size_t count) const { return {count, device.work_group(64)}; }
+    /// Built when first asked for, as the next: maps whose rows are built whole need neither.
+    JoinKernels& joins() { return built_joins ? *built_joins : built_joins.emplace(device); }
+    ChunkKernels& chunked() {
+        return built_chunks ? *built_chunks : built_chunks.emplace(device, joins().stage1, stage2);
+    }
 
     void count(const DeviceMap& map, std::size_t chunks, Censuses& rows) {
+        const auto w = narrow(map.width);
+        const auto c = narrow(chunks);
         Censuses parts(device, "the chunks' census", map.height * chunks);
-        stage1().census_chunks(fat(parts.size()), map.radiance, narrow(map.width), narrow(chunks), narrow(parts.size()),
-                               parts);
-        stage1().join_census(thin(map.height), parts, narrow(map.width), narrow(chunks), narrow(map.height), rows);
+        if (groups) {
+            groups->census_groups(device.scanning(parts.size()), map.radiance, w, c, parts);
+        } else {
+            chunked().census_chunks(device.fat(parts.size()), map.radiance, w, c, narrow(parts.size()), parts);
+        }
+        joins().join_census(device.thin(map.height), parts, w, c, narrow(map.height), rows);
         device.finish();
     }
 
     void build_by_chunks(const DeviceMap& map, UnfinishedTables& tables) {
-        const auto luminance = luminance_weights_f32(tables.options.luminance);
+        const auto [r, g, b] = luminance_weights_f32(tables.options.luminance);
         auto& [options, built, censuses, weights] = tables;
         Uints& conditional = built.conditional;
         const std::size_t chunks = chunks_of(map.width);
@@ -100,14 +177,23 @@ struct TableBuilder::State {
         const auto c = narrow(chunks);
         const auto n = narrow(items);
         const auto h = narrow(map.height);
-        stage1().sum_chunks(fat(items), map.radiance, censuses, w, c, n, luminance[0], luminance[1], luminance[2],
-                            parts);
-        stage1().join_weights(thin(map.height), parts, c, h, weights);
-        scan_chunks(fat(items), map.radiance, censuses, weights, w, c, n, luminance[0], luminance[1], luminance[2],
-                    totals, conditional);
-        scan_totals(thin(map.height), totals, c, h, starts, row_totals);
-        finish_chunks(fat(items), starts, row_totals, w, c, n, conditional);
-        build_guides(thin(built.conditional_guide.size()), conditional, w, h, built.column_bits,
+        if (groups) {
+            groups->sum_groups(device.scanning(items), map.radiance, censuses, w, c, r, g, b, parts);
+            joins().join_weights(device.thin(map.height), parts, c, h, weights);
+            groups->scan_groups(device.scanning(items), map.radiance, censuses, weights, w, c, r, g, b, totals,
+                                conditional);
+            scan_totals(device.thin(map.height), totals, c, h, starts, row_totals);
+            groups->finish_texels(device.thin(conditional.size()), starts, row_totals, w, c, narrow(conditional.size()),
+                                  conditional);
+        } else {
+            chunked().sum_chunks(device.fat(items), map.radiance, censuses, w, c, n, r, g, b, parts);
+            joins().join_weights(device.thin(map.height), parts, c, h, weights);
+            chunked().scan_chunks(device.fat(items), map.radiance, censuses, weights, w, c, n, r, g, b, totals,
+                                  conditional);
+            scan_totals(device.thin(map.height), totals, c, h, starts, row_totals);
+            chunked().finish_chunks(device.fat(items), starts, row_totals, w, c, n, conditional);
+        }
+        build_guides(device.thin(built.conditional_guide.size()), conditional, w, h, built.column_bits,
                      built.conditional_guide);
         device.finish();
     }
@@ -115,10 +201,19 @@ struct TableBuilder::State {
     void build_by_rows(const DeviceMap& map, std::size_t begin, std::size_t end, UnfinishedTables& tables) {
         const auto luminance = luminance_weights_f32(tables.options.luminance);
         auto& [options, built, censuses, weights] = tables;
-        build_rows({end - begin, 1}, map.radiance, narrow(map.width), narrow(begin), narrow(end - begin), luminance[0],
-                   luminance[1], luminance[2], built.column_bits, censuses, weights, built.conditional,
-                   built.conditional_guide, row_space(map.width));
+        (*build_rows)({end - begin, 1}, map.radiance, narrow(map.width), narrow(begin), narrow(end - begin),
+                      luminance[0], luminance[1], luminance[2], built.column_bits, censuses, weights, built.conditional,
+                      built.conditional_guide, row_space(map.width));
         device.finish();
+    }
+
+    void build_marginal(const Weights& weights, const Floats& sines, Uints& marginal) {
+        if (groups) {
+            groups->scan_marginal(weights, sines, marginal);
+            return;
+        }
+        Ulongs shares(device, "the rows' shares", marginal.size());
+        (*scan_marginal)(device.single(), weights, sines, narrow(marginal.size()), shares, marginal);
     }
 
     [[nodiscard]] static std::size_t chunks_of(std::size_t width) { return (width + CHUNK_TEXELS - 1) / CHUNK_TEXELS; }
@@ -129,9 +224,9 @@ struct TableBuilder::State {
     [[nodiscard]] bool by_chunks(const UnfinishedTables& tables) const {
         const ScanPath path = tables.options.path;
         const auto [width, height] = std::pair(tables.built.width, tables.built.height);
-        if (row_space(width).count * sizeof(cl_float16) > local_bytes) return true;
+        if (!build_rows || row_space(width).count * sizeof(cl_float16) > device.traits().local_bytes) return true;
         if (path != ScanPath::automatic) return path == ScanPath::chunks;
-        return !device.info().is_cpu || height < ROWS_PER_UNIT * device.info().compute_units;
+        return height < ROWS_PER_UNIT * device.info().compute_units;
     }
 };
 
@@ -178,7 +273,7 @@ Distribution TableBuilder::finish(UnfinishedTables tables, const DeviceMap& map)
     State& s = *state_;
     if (s.by_chunks(tables)) s.build_by_chunks(map, tables);
     auto& [options, built, censuses, weights] = tables;
-    built.census = join_census(censuses.download(), map.width);
+    built.census = clerestory::join_census(censuses.download(), map.width);
     if (built.census.bad() != 0) {
         throw InputError(describe_bad_texels(built.census) + "; --bad-texels zero blackens them");
     }
@@ -186,13 +281,13 @@ Distribution TableBuilder::finish(UnfinishedTables tables, const DeviceMap& map)
     const RowGeometry geometry = row_geometry(map.width, map.height);
     built.frames = Buffer<RowFrame>(s.device, "the rows' frames", std::span<const RowFrame>(geometry.frames));
     const Floats sines(s.device, "the rows' sines", std::span<const float>(geometry.sine));
-    Buffer<cl_ulong> shares(s.device, "the rows' shares", map.height);
     built.marginal = Uints(s.device, "the marginal table", map.height);
-    s.scan_marginal({1, 1}, weights, sines, narrow(map.height), shares, built.marginal);
+    s.build_marginal(weights, sines, built.marginal);
 
     const std::size_t row_entries = (std::size_t{1} << built.row_bits) + 1;
     built.marginal_guide = Uints(s.device, "the marginal's guide", row_entries);
-    s.build_guides(s.thin(row_entries), built.marginal, narrow(map.height), 1U, built.row_bits, built.marginal_guide);
+    s.build_guides(s.device.thin(row_entries), built.marginal, narrow(map.height), 1U, built.row_bits,
+                   built.marginal_guide);
 
     built.exponent = -126;  // the least that a row can have
     const std::vector<double> solid_angles = texel_solid_angles(map.width, map.height);
@@ -209,9 +304,10 @@ Distribution TableBuilder::finish(UnfinishedTables tables, const DeviceMap& map)
 
 void TableBuilder::build_guides(Distribution& d) {
     State& s = *state_;
-    s.build_guides(s.thin(d.conditional_guide.size()), d.conditional, narrow(d.width), narrow(d.height), d.column_bits,
-                   d.conditional_guide);
-    s.build_guides(s.thin(d.marginal_guide.size()), d.marginal, narrow(d.height), 1U, d.row_bits, d.marginal_guide);
+    s.build_guides(s.device.thin(d.conditional_guide.size()), d.conditional, narrow(d.width), narrow(d.height),
+                   d.column_bits, d.conditional_guide);
+    s.build_guides(s.device.thin(d.marginal_guide.size()), d.marginal, narrow(d.height), 1U, d.row_bits,
+                   d.marginal_guide);
     s.device.finish();
 }
 

@@ -67,9 +67,10 @@ std::vector<double> circle_table(std::size_t n, std::size_t count) {
 }
 
 /// How many edges of `bytes` each a table holds: as many as stay in cache, but enough to be worth a launch.
-std::size_t edges_of_table(std::size_t bytes, std::size_t all) {
-    const std::size_t wanted = std::max(CACHED_BYTES / bytes, FEWEST_EDGES);
+std::size_t edges_of_table(const Device& device, std::size_t bytes, std::size_t all) {
     const std::size_t most = std::max<std::size_t>(ExactIntegrator::TABLE_BYTES / bytes, 1);
+    if (!device.traits().fat_items) return std::min(most, all);  // work-items in lock step want as many as there are
+    const std::size_t wanted = std::max(CACHED_BYTES / bytes, FEWEST_EDGES);
     return std::min({wanted, most, all});
 }
 
@@ -116,7 +117,7 @@ class Progress {
 };
 
 const Device& with_doubles(const Device& device) {
-    if (!device.info().has_fp64) {
+    if (!device.traits().fp64) {
         throw DeviceError(
             fmt::format("device {} has no double precision, which the exact estimator needs: choose another with "
                         "--device (see `clerestory devices`), or another estimator",
@@ -136,12 +137,13 @@ struct ExactIntegrator::State {
         device, program, "frame_pixels"};
     Kernel<Doubles, cl_uint, Doubles, cl_uint, cl_uint, cl_uint, Doubles> cross_latitudes{device, program,
                                                                                           "cross_latitudes"};
-    Kernel<Floats, cl_uint, cl_uint, cl_double, Doubles, cl_uint, cl_uint, Doubles> sum_latitudes{device, program,
-                                                                                                  "sum_latitudes"};
+    bool fat = device.traits().fat_items;
+    Kernel<Floats, cl_uint, cl_uint, cl_double, Doubles, cl_uint, cl_uint, Doubles> sum_latitudes{
+        device, program, fat ? "sum_latitudes" : "sum_latitude_numbers"};
     Kernel<Doubles, Uints, Doubles, cl_uint, Doubles, Doubles, Doubles, cl_uint, Doubles, cl_uint, cl_uint, Doubles>
         add_latitudes{device, program, "add_latitudes"};
-    Kernel<Floats, cl_uint, cl_uint, cl_double, cl_uint, cl_uint, Doubles> sum_meridians{device, program,
-                                                                                         "sum_meridians"};
+    Kernel<Floats, cl_uint, cl_uint, cl_double, cl_uint, cl_uint, Doubles> sum_meridians{
+        device, program, fat ? "sum_meridians" : "sum_meridian_numbers"};
     Kernel<Doubles, Uints, Doubles, cl_uint, Doubles, Doubles, cl_uint, Doubles, cl_uint, cl_uint, Doubles>
         add_meridians{device, program, "add_meridians"};
     Kernel<Doubles, cl_uint, Floats> finish_white{device, program, "finish_white"};
@@ -162,7 +164,12 @@ struct ExactIntegrator::State {
         Doubles meridians;
     };
 
-    Range pixel_range(const Pixels& pixels) const { return {pixels.stride, device.work_group(64)}; }
+    Range pixel_range(const Pixels& pixels) const { return device.thin(pixels.stride); }
+
+    /// Of the sums along `count` edges, whose entries have so many numbers.
+    Range edge_range(std::size_t count, std::size_t numbers) const {
+        return fat ? device.fat(count) : device.thin(numbers * count);
+    }
 
     Pixels pixels_of(const SphereView& view, double rotate_y_deg, const Grid& grid) {
         const Rings rings = rings_of(view);
@@ -183,16 +190,16 @@ struct ExactIntegrator::State {
         const std::size_t edges = grid.map.height + 1;
         const cl_uint width = narrow(grid.map.width);
         const std::size_t entries = LATITUDE_ENTRY * (grid.map.width + 1);
-        const std::size_t band = std::min(edges_of_table(entries * sizeof(cl_double), edges),
+        const std::size_t band = std::min(edges_of_table(device, entries * sizeof(cl_double), edges),
                                           std::max<std::size_t>(MOST_CROSSINGS / pixels.rings, 1));
         Doubles moments(device, "sums along latitudes", entries * band);
         Doubles crossings(device, "crossings of latitudes", 4 * pixels.rings * band);
         for (std::size_t first = 0; first < edges; first += band) {
             const std::size_t count = std::min(band, edges - first);
-            sum_latitudes({count, device.work_group(1)}, grid.map.radiance, width, narrow(grid.map.height), grid.scale,
-                          grid.meridians, narrow(first), narrow(count), moments);
-            cross_latitudes({pixels.rings * count, device.work_group(64)}, pixels.ring_y, narrow(pixels.rings),
-                            grid.latitudes, narrow(first), narrow(count), width, crossings);
+            sum_latitudes(edge_range(count, LATITUDE_ENTRY), grid.map.radiance, width, narrow(grid.map.height),
+                          grid.scale, grid.meridians, narrow(first), narrow(count), moments);
+            cross_latitudes(device.thin(pixels.rings * count), pixels.ring_y, narrow(pixels.rings), grid.latitudes,
+                            narrow(first), narrow(count), width, crossings);
             add_latitudes(pixel_range(pixels), pixels.frames, pixels.ring, pixels.ring_y, narrow(pixels.stride),
                           crossings, grid.latitudes, grid.meridians, width, moments, narrow(first), narrow(count),
                           pixels.sums);
@@ -207,13 +214,13 @@ struct ExactIntegrator::State {
         const std::size_t edges = grid.map.width;
         const cl_uint height = narrow(grid.map.height);
         const std::size_t entries = MERIDIAN_ENTRY * (grid.map.height + 1);
-        const std::size_t fitting = edges_of_table(entries * sizeof(cl_double), edges);
+        const std::size_t fitting = edges_of_table(device, entries * sizeof(cl_double), edges);
         const std::size_t band = std::max(fitting / MERIDIANS_WIDE * MERIDIANS_WIDE, std::min(fitting, MERIDIANS_WIDE));
         Doubles moments(device, "sums along meridians", entries * band);
         for (std::size_t first = 0; first < edges; first += band) {
             const std::size_t count = std::min(band, edges - first);
-            sum_meridians({count, device.work_group(1)}, grid.map.radiance, narrow(grid.map.width), height, grid.scale,
-                          narrow(first), narrow(count), moments);
+            sum_meridians(edge_range(count, MERIDIAN_ENTRY), grid.map.radiance, narrow(grid.map.width), height,
+                          grid.scale, narrow(first), narrow(count), moments);
             add_meridians(pixel_range(pixels), pixels.frames, pixels.ring, pixels.ring_y, narrow(pixels.stride),
                           grid.latitudes, grid.meridians, height, moments, narrow(first), narrow(count), pixels.sums);
             device.finish();
@@ -250,7 +257,7 @@ void ExactIntegrator::shade(const DeviceMap& map, const Distribution& distributi
     Progress told(estimated_operations(pixels.stride, map.width, map.height), progress);
     s.add_all_latitudes(grid, pixels, told);
     s.add_all_meridians(grid, pixels, told);
-    s.finish_white({3 * view.stride, s.device.work_group(64)}, pixels.sums, narrow(3 * view.stride), white);
+    s.finish_white(s.device.thin(3 * view.stride), pixels.sums, narrow(3 * view.stride), white);
     s.device.finish();
 }
 

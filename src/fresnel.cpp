@@ -19,7 +19,6 @@ namespace {
 
 constexpr long double RIGHT_ANGLE_DEG = 90;
 constexpr long double RADIANS_PER_DEGREE = std::numbers::pi_v<long double> / 180;
-constexpr std::size_t WORK_GROUP = 64;
 
 long double ratio(const Media& media) {
     return static_cast<long double>(media.ior_transmitted) / static_cast<long double>(media.ior_incident);
@@ -96,7 +95,7 @@ AnglePairs angle_pairs(const Media& media, const std::vector<double>& angle_deg)
 
 std::string defines(const Device& device, FresnelArithmetic arithmetic) {
     if (arithmetic == FresnelArithmetic::best) {
-        arithmetic = device.info().has_fp64 ? FresnelArithmetic::fp64 : FresnelArithmetic::float_pairs;
+        arithmetic = device.traits().fp64 ? FresnelArithmetic::fp64 : FresnelArithmetic::float_pairs;
     }
     return arithmetic == FresnelArithmetic::fp64 ? "-DREAL_FP64" : "";
 }
@@ -191,8 +190,8 @@ FresnelCurves fresnel_curves(const Device& device, const Media& media, std::vect
     const Floats perpendicular(device, "perpendicular", count);
     const Floats mean(device, "mean", count);
     const Floats schlick(device, "schlick", count);
-    reflect({count, device.work_group(WORK_GROUP)}, between, angle, complement, from_brewster, from_critical, parallel,
-            perpendicular, mean, schlick, static_cast<cl_uint>(count));
+    reflect(device.thin(count), between, angle, complement, from_brewster, from_critical, parallel, perpendicular, mean,
+            schlick, static_cast<cl_uint>(count));
     return {std::move(angle_deg), parallel.download(), perpendicular.download(), mean.download(), schlick.download()};
 }
 

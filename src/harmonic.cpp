@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -14,7 +15,6 @@
 #include "cl/program.hpp"
 #include "legendre.hpp"
 #include "lights.hpp"
-#include "registers.hpp"
 
 namespace clerestory {
 namespace {
@@ -24,9 +24,13 @@ constexpr std::size_t CHANNELS = 3;
 
 constexpr std::size_t HARMONIC_REGISTERS = 2;
 constexpr std::size_t ROWS_PER_ITEM = 4;
+// More of them share the steps of the recurrence; in lock step they must fit into a work-item's own registers.
 constexpr std::size_t LIGHT_REGISTERS = 16;
+constexpr std::size_t LIGHT_REGISTERS_IN_STEP = 4;
 // Histograms for each compute unit: more share the rows out evenly, fewer are joined sooner.
 constexpr std::size_t HISTOGRAMS_PER_UNIT = 4;
+// Texels that a work-item in lock step counts: enough to be worth starting it.
+constexpr std::size_t TEXELS_PER_ITEM = 16;
 // Largest side of a light, radians: a texel of a map 512 wide. A light counts as a point, which is wrong only for
 // normals to which it lies on the horizon; alone in a black sky, one of this size costs 3e-4 of relative RMSE.
 constexpr double LIGHT_SIDE = 2 * pi / 512;
@@ -65,16 +69,18 @@ float light_threshold(const std::vector<cl_uint>& bins, std::size_t most) {
     return 0;
 }
 
-/// cos(m phi) and sin(m phi) at the columns' centres, as sum_rows reads them.
-std::vector<float> column_waves(std::size_t width, std::size_t stride, std::size_t degree) {
+/// cos(m phi) and sin(m phi) at the columns' centres, as sum_rows reads them, or as sum_rows_in_step does.
+std::vector<float> column_waves(std::size_t width, std::size_t stride, std::size_t degree, bool in_step) {
     std::vector<float> waves(2 * (degree + 1) * stride, 0.0F);
     for (std::size_t m = 0; m <= degree; ++m) {
-        float* const cosine = waves.data() + 2 * m * stride;
+        const auto place = [&](std::size_t j, std::size_t wave) {
+            return in_step ? (2 * j + wave) * (degree + 1) + m : (2 * m + wave) * stride + j;
+        };
         for (std::size_t j = 0; j < width; ++j) {
             // m (2 j + 1) half columns, reduced to one turn exactly.
             const auto turns = static_cast<double>(m * (2 * j + 1) % (2 * width)) / static_cast<double>(2 * width);
-            cosine[j] = static_cast<float>(std::cos(2 * pi * turns));
-            cosine[stride + j] = static_cast<float>(std::sin(2 * pi * turns));
+            waves[place(j, 0)] = static_cast<float>(std::cos(2 * pi * turns));
+            waves[place(j, 1)] = static_cast<float>(std::sin(2 * pi * turns));
         }
     }
     return waves;
@@ -205,25 +211,75 @@ Lights lights_of(const Device& device, const HarmonicLight& light, double rotati
     return lights;
 }
 
-std::string defines(const Device& device) {
+std::size_t light_registers(const DeviceTraits& traits) {
+    return traits.fat_items ? LIGHT_REGISTERS : LIGHT_REGISTERS_IN_STEP;
+}
+
+std::string defines(const DeviceTraits& traits) {
     return fmt::format("-DPIXELS_WIDE={} -DHARMONIC_REGISTERS={} -DROWS_PER_ITEM={} -DLIGHT_REGISTERS={}",
-                       pixels_wide_on(device), HARMONIC_REGISTERS, ROWS_PER_ITEM, LIGHT_REGISTERS);
+                       traits.simd_width, HARMONIC_REGISTERS, ROWS_PER_ITEM, light_registers(traits));
+}
+
+/// Kernels that read the map where work-items are fat, each a row or more of them.
+struct FatProjection {
+    FatProjection(const Device& device, const Program& program)
+        : count_intensities(device, program, "count_intensities"),
+          count_lights(device, program, "count_lights"),
+          collect_lights(device, program, "collect_lights"),
+          sum_rows(device, program, "sum_rows") {}
+
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, Uints> count_intensities;
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints> count_lights;
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints, Uints, Uints, Floats> collect_lights;
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Floats, cl_uint, cl_uint, Floats, Floats> sum_rows;
+};
+
+/// The same where they run in lock step.
+struct StepProjection {
+    StepProjection(const Device& device, const Program& program)
+        : count_intensities(device, program, "count_intensities_in_step"),
+          collect_lights(device, program, "collect_lights_in_step"),
+          sum_rows(device, program, "sum_rows_in_step") {}
+
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_uint, Uints> count_intensities;
+    Kernel<Floats, cl_uint, cl_float, cl_float, cl_uint, Uints, Uints, Floats> collect_lights;
+    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Floats, cl_uint, Floats, Floats> sum_rows;
+};
+
+/// Texels that exceed the lights' threshold, in the map's order, and by how much.
+struct Excess {
+    std::vector<cl_uint> texel;
+    std::vector<float> radiance;  ///< [3 * texels]
+};
+
+/// Puts what was collected in no order into the map's.
+Excess sorted(const std::vector<cl_uint>& texel, const std::vector<float>& radiance) {
+    std::vector<std::size_t> order(texel.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return texel[a] < texel[b]; });
+    Excess excess;
+    for (const std::size_t at : order) {
+        excess.texel.push_back(texel[at]);
+        for (std::size_t k = 0; k < CHANNELS; ++k) excess.radiance.push_back(radiance[CHANNELS * at + k]);
+    }
+    return excess;
 }
 
 }  // namespace
 
 struct HarmonicShader::State {
-    explicit State(const Device& opened) : device(opened), pixels_wide(pixels_wide_on(opened)) {}
+    explicit State(const Device& opened) : device(opened) {
+        if (device.traits().fat_items) {
+            fat.emplace(device, program);
+        } else {
+            in_step.emplace(device, program);
+        }
+    }
 
     const Device& device;
-    std::size_t pixels_wide;
-    Program program{device, "harmonic.cl", defines(device)};
-    Kernel<Floats, cl_uint, cl_uint, cl_uint, cl_float, Uints> count_intensities{device, program, "count_intensities"};
-    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints> count_lights{device, program, "count_lights"};
-    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Uints, Uints, Uints, Floats> collect_lights{device, program,
-                                                                                                     "collect_lights"};
-    Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Floats, cl_uint, cl_uint, Floats, Floats> sum_rows{
-        device, program, "sum_rows"};
+    Program program{device, "harmonic.cl", defines(device.traits())};
+    std::optional<FatProjection> fat;  ///< one of the two
+    std::optional<StepProjection> in_step;
     Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Floats> evaluate_harmonics{
         device, program, "evaluate_harmonics"};
 
@@ -243,8 +299,8 @@ struct HarmonicShader::State {
 
     const Tables& tables_for(const DeviceMap& map, std::size_t degree) {
         if (tables.width == map.width && tables.height == map.height && tables.degree == degree) return tables;
-        const std::size_t stride = (map.width + PIXELS_WIDE_ON_CPU - 1) / PIXELS_WIDE_ON_CPU * PIXELS_WIDE_ON_CPU;
-        const std::vector<float> waves = column_waves(map.width, stride, degree);
+        const std::size_t stride = (map.width + WIDEST_SIMD - 1) / WIDEST_SIMD * WIDEST_SIMD;
+        const std::vector<float> waves = column_waves(map.width, stride, degree, in_step.has_value());
         tables = {map.width,
                   map.height,
                   degree,
@@ -254,34 +310,71 @@ struct HarmonicShader::State {
         return tables;
     }
 
-    /// Takes what exceeds the threshold as lights; returns the threshold.
-    float take_lights(const DeviceMap& map, std::size_t most, HarmonicLight& light) {
-        const Pieces cut(map);
-        const float scale = map_scale(light.exponent);
+    /// [sets * INTENSITY_BINS]
+    std::vector<cl_uint> intensity_bins(const DeviceMap& map, float scale) {
+        const std::size_t units = HISTOGRAMS_PER_UNIT * device.info().compute_units;
+        if (fat) {
+            const std::size_t share = (map.height - 1) / units + 1;
+            const std::size_t sets = (map.height - 1) / share + 1;
+            Uints bins(device, "the intensities' histograms", sets * INTENSITY_BINS);
+            fat->count_intensities({sets, 1}, map.radiance, narrow(map.width), narrow(map.height), narrow(share), scale,
+                                   bins);
+            return bins.download();
+        }
+        const std::size_t texels = map.width * map.height;
+        const std::size_t items = (texels - 1) / TEXELS_PER_ITEM + 1;
+        Uints bins(device, "the intensities' histograms", units * INTENSITY_BINS);
+        bins.fill(0);
+        in_step->count_intensities(device.thin(items), map.radiance, narrow(texels), narrow(items), scale,
+                                   narrow(units), bins);
+        return bins.download();
+    }
+
+    Excess collect_by_rows(const DeviceMap& map, float scale, float threshold) {
         const auto w = narrow(map.width);
         const auto h = narrow(map.height);
-        if (most / cut.count() == 0) return std::numeric_limits<float>::infinity();
-        const std::size_t share = (map.height - 1) / (HISTOGRAMS_PER_UNIT * device.info().compute_units) + 1;
-        const std::size_t sets = (map.height - 1) / share + 1;
-        Uints bins(device, "the intensities' histograms", sets * INTENSITY_BINS);
-        count_intensities({sets, 1}, map.radiance, w, h, narrow(share), scale, bins);
-        const float threshold = light_threshold(bins.download(), most / cut.count());
-
         Uints count(device, "the rows' lights", map.height);
-        count_lights({map.height, device.work_group(1)}, map.radiance, w, h, scale, threshold, count);
+        fat->count_lights(device.fat(map.height), map.radiance, w, h, scale, threshold, count);
         std::vector<cl_uint> first = count.download();
         cl_uint total = 0;
         for (cl_uint& f : first) f = std::exchange(total, total + f);
-        if (total == 0) return threshold;
+        if (total == 0) return {};
         const Uints starts(device, "the rows' first lights", std::span<const cl_uint>(first));
         Uints texel(device, "the lights' texels", total);
         Floats excess(device, "the lights' radiances", CHANNELS * total);
         // A texel within rounding of the threshold may be counted and then give nothing.
         texel.fill(0);
         excess.fill(0.0F);
-        collect_lights({map.height, device.work_group(1)}, map.radiance, w, h, scale, threshold, starts, count, texel,
-                       excess);
-        add_lights(map, cut, texel.download(), excess.download(), light);
+        fat->collect_lights(device.fat(map.height), map.radiance, w, h, scale, threshold, starts, count, texel, excess);
+        return {texel.download(), excess.download()};
+    }
+
+    Excess collect_in_step(const DeviceMap& map, float scale, float threshold, std::size_t most) {
+        const std::size_t texels = map.width * map.height;
+        Uints found(device, "the number of lights", 1);
+        Uints texel(device, "the lights' texels", most);
+        Floats excess(device, "the lights' radiances", CHANNELS * most);
+        found.fill(0);
+        in_step->collect_lights(device.thin(texels), map.radiance, narrow(texels), scale, threshold, narrow(most),
+                                found, texel, excess);
+        const std::size_t count = std::min<std::size_t>(found.download()[0], most);
+        std::vector<cl_uint> texels_found(count);
+        std::vector<float> excess_found(CHANNELS * count);
+        texel.download(texels_found);
+        excess.download(excess_found);
+        return sorted(texels_found, excess_found);
+    }
+
+    /// Takes what exceeds the threshold as lights; returns the threshold.
+    float take_lights(const DeviceMap& map, std::size_t most, HarmonicLight& light) {
+        const Pieces cut(map);
+        const float scale = map_scale(light.exponent);
+        const std::size_t texels = most / cut.count();
+        if (texels == 0) return std::numeric_limits<float>::infinity();
+        const float threshold = light_threshold(intensity_bins(map, scale), texels);
+        const Excess excess =
+            fat ? collect_by_rows(map, scale, threshold) : collect_in_step(map, scale, threshold, texels);
+        add_lights(map, cut, excess.texel, excess.radiance, light);
         return threshold;
     }
 
@@ -312,9 +405,17 @@ struct HarmonicShader::State {
         const Tables& t = tables_for(map, degree);
         Floats sums(device, "the rows' Fourier sums", map.height * (degree + 1) * 2 * CHANNELS);
         Floats squares(device, "the rows' squares", map.height * CHANNELS);
-        const std::size_t items = (map.height + ROWS_PER_ITEM - 1) / ROWS_PER_ITEM;
-        sum_rows({items, 1}, map.radiance, narrow(map.width), narrow(map.height), map_scale(light.exponent), threshold,
-                 t.waves, narrow(t.stride), narrow(degree), sums, squares);
+        const float scale = map_scale(light.exponent);
+        const auto w = narrow(map.width);
+        const auto h = narrow(map.height);
+        if (fat) {
+            const std::size_t items = (map.height + ROWS_PER_ITEM - 1) / ROWS_PER_ITEM;
+            fat->sum_rows({items, 1}, map.radiance, w, h, scale, threshold, t.waves, narrow(t.stride), narrow(degree),
+                          sums, squares);
+        } else {
+            in_step->sum_rows(device.thin(map.height * (degree + 1)), map.radiance, w, h, scale, threshold, t.waves,
+                              narrow(degree), sums, squares);
+        }
         const std::vector<float> fourier = sums.download();
         const std::vector<float> square = squares.download();
         const std::vector<double> solid_angle = texel_solid_angles(map.width, map.height);
@@ -348,9 +449,9 @@ struct HarmonicShader::State {
                   bool clamped, Floats& white) {
         const std::vector<float> values = series_terms(series, degree);
         const Floats terms(device, "the harmonic series", std::span<const float>(values));
-        const std::size_t items = view.stride / (pixels_wide * HARMONIC_REGISTERS);
-        evaluate_harmonics({items, device.work_group(4)}, view.normal, terms, narrow(degree), narrow(view.stride),
-                           narrow(items), add ? 1U : 0U, clamped ? 1U : 0U, white);
+        const std::size_t items = view.stride / (device.traits().simd_width * HARMONIC_REGISTERS);
+        evaluate_harmonics(device.some(items), view.normal, terms, narrow(degree), narrow(view.stride), narrow(items),
+                           add ? 1U : 0U, clamped ? 1U : 0U, white);
         device.finish();
     }
 
@@ -358,14 +459,16 @@ struct HarmonicShader::State {
     std::vector<double> sums_over(const Lights& lights, std::size_t degree) {
         const std::vector<float> steps = series_terms(HarmonicCoefficients(triangle_size(degree)), degree);
         const Floats terms(device, "the harmonics' steps", std::span<const float>(steps));
-        const std::size_t each = pixels_wide * LIGHT_REGISTERS;
+        const std::size_t each = device.traits().simd_width * light_registers(device.traits());
         const std::size_t items = (lights.stride + each - 1) / each;
         Floats sums(device, "the lights' harmonics", items * steps.size());
-        project_lights({items, device.work_group(1)}, lights.planes, narrow(lights.stride), terms, narrow(degree),
-                       narrow(items), narrow(steps.size()), sums);
+        project_lights(device.fat(items), lights.planes, narrow(lights.stride), terms, narrow(degree), narrow(items),
+                       narrow(steps.size()), sums);
         const std::vector<float> found = sums.download();
         std::vector<double> total(steps.size(), 0);
-        for (std::size_t i = 0; i < found.size(); ++i) total[i % steps.size()] += static_cast<double>(found[i]);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            total[fat ? i % steps.size() : i / items] += static_cast<double>(found[i]);  // see SUM_PLACE
+        }
         return total;
     }
 };

@@ -6,7 +6,6 @@
 
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
-#include "registers.hpp"
 
 namespace clerestory {
 namespace {
@@ -23,15 +22,14 @@ std::string defines(std::size_t pixels_wide) {
 
 Lights::Lights(const Device& device, std::size_t lights)
     : count(lights),
-      stride((lights + PIXELS_WIDE_ON_CPU - 1) / PIXELS_WIDE_ON_CPU * PIXELS_WIDE_ON_CPU),
+      stride((lights + WIDEST_SIMD - 1) / WIDEST_SIMD * WIDEST_SIMD),
       planes(device, "the lights", PLANES * stride) {}
 
 struct LightShader::State {
     explicit State(const Device& opened) : device(opened) {}
 
     const Device& device;
-    std::size_t pixels_wide = pixels_wide_on(device);
-    Program program{device, "stage4_shade.cl", defines(pixels_wide)};
+    Program program{device, "stage4_shade.cl", defines(device.traits().simd_width)};
     Kernel<Floats, Floats, Floats, cl_uint, cl_float, cl_float, cl_uint, Floats> weigh_lights{device, program,
                                                                                               "weigh_lights"};
     using ByGroup = Kernel<Floats, Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Floats>;
@@ -42,7 +40,7 @@ struct LightShader::State {
 
 LightShader::LightShader(const Device& device, bool every_pair) : state_(std::make_unique<State>(device)) {
     State& s = *state_;
-    if (device.info().is_cpu && !every_pair) {
+    if (device.traits().fat_items && !every_pair) {
         s.shade_groups.emplace(device, s.program, "shade_groups");
     } else {
         s.shade_shared.emplace(device, s.program, "shade_shared");
@@ -54,8 +52,8 @@ LightShader::~LightShader() = default;
 
 void LightShader::weigh(const SampleSet& set, float scale, float share, Lights& lights) {
     State& s = *state_;
-    s.weigh_lights({lights.stride, s.device.work_group(64)}, set.direction, set.pdf, set.radiance, narrow(set.count),
-                   scale, share, narrow(lights.stride), lights.planes);
+    s.weigh_lights(s.device.thin(lights.stride), set.direction, set.pdf, set.radiance, narrow(set.count), scale, share,
+                   narrow(lights.stride), lights.planes);
 }
 
 void LightShader::shade(const SphereView& view, const Lights& lights, bool add, Floats& white) {
@@ -63,12 +61,12 @@ void LightShader::shade(const SphereView& view, const Lights& lights, bool add, 
     const cl_uint adds = add ? 1U : 0U;
     if (s.shade_groups) {
         const std::size_t groups = view.stride / SphereView::GROUP_PIXELS;
-        (*s.shade_groups)({groups, s.device.work_group(1)}, view.normal, view.cone, lights.planes, narrow(lights.count),
+        (*s.shade_groups)(s.device.fat(groups), view.normal, view.cone, lights.planes, narrow(lights.count),
                           narrow(lights.stride), narrow(view.stride), narrow(groups), adds, white);
     } else {
-        const std::size_t items = view.stride / (s.pixels_wide * REGISTERS);
-        (*s.shade_shared)({items, s.device.work_group(4)}, view.normal, lights.planes, narrow(lights.count),
-                          narrow(lights.stride), narrow(view.stride), narrow(items), adds, white);
+        const std::size_t items = view.stride / (s.device.traits().simd_width * REGISTERS);
+        (*s.shade_shared)(s.device.some(items), view.normal, lights.planes, narrow(lights.count), narrow(lights.stride),
+                          narrow(view.stride), narrow(items), adds, white);
     }
 }
 

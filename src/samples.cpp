@@ -110,7 +110,7 @@ struct Sampler::State {
     const DeviceMap& map;
     const Distribution& distribution;
     SamplingOptions options;
-    bool by_blocks = device.info().is_cpu && options.guided;
+    bool by_blocks = device.traits().fat_items && options.guided;
     Program program{device, "stage3_sample.cl",
                     by_blocks ? sampling_defines(options) : draw_defines(distribution, options)};
     Kernel<Uints, Uints, cl_uint, cl_uint, Uints, Uints, cl_uint, cl_uint, Buffer<RowFrame>, Floats, cl_float, cl_float,
@@ -161,8 +161,8 @@ SampleSet Sampler::draw(std::size_t count, std::size_t first, std::size_t total)
 void Sampler::draw_into(SampleSet& set, std::size_t first, std::size_t total) {
     State& s = *state_;
     const Distribution& d = s.distribution;
-    const Range range = s.by_blocks ? Range{(set.count + DRAW_BLOCK - 1) / DRAW_BLOCK, s.device.work_group(1)}
-                                    : Range{(set.count + 1) / 2, s.device.work_group(256)};
+    const Range range =
+        s.by_blocks ? s.device.fat((set.count + DRAW_BLOCK - 1) / DRAW_BLOCK) : s.device.thin((set.count + 1) / 2);
     s.draw_samples(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
                    d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
                    static_cast<float>(1.0 / static_cast<double>(d.width)), rotation_turns(s.options.rotate_y_deg),
@@ -178,9 +178,8 @@ Sampler::Located Sampler::locate(std::span<const cl_uint> points) {
     const Uints u(s.device, "the points", points);
     Uints texel(s.device, "the points' texels", count);
     Floats within(s.device, "the points' places", 2 * count);
-    s.locate_points({count, s.device.work_group(64)}, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits,
-                    d.conditional, d.conditional_guide, narrow(d.width), d.column_bits, u, narrow(count), texel,
-                    within);
+    s.locate_points(s.device.thin(count), d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
+                    d.conditional_guide, narrow(d.width), d.column_bits, u, narrow(count), texel, within);
     return {texel.download(), within.download()};
 }
 

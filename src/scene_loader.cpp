@@ -39,7 +39,7 @@ void SceneLoader::add_rows(const RadianceMap& map, std::size_t begin, std::size_
     read_seconds_ = watch_.seconds();
     if (!wait_for_device()) throw Abandoned();
     // Repairs come before tables, and other devices take a copy of the whole map.
-    if (options_.bad_texels == BadTexels::zero || !device_->info().is_cpu) return;
+    if (options_.bad_texels == BadTexels::zero || !device_->traits().zero_copy) return;
     const Stopwatch building;
     if (!begun_) begun_ = {DeviceMap(*device_, map), builder_->start(map.width, map.height, options_.tables)};
     builder_->add_rows(begun_->tables, begun_->map, begin, end);

@@ -249,7 +249,7 @@ void PerPixelShader::shade(const SphereView& view, std::size_t count, Floats& wh
     State& s = *state_;
     const Distribution& d = s.distribution;
     if (s.options.control_degree > 0) s.start_control(view, white);
-    const Range range{view.stride, s.device.work_group(64)};
+    const Range range = s.device.thin(view.stride);
     for (std::size_t k = 0; 2 * k < count; ++k) {
         s.shade_per_pixel(range, d.marginal, d.marginal_guide, narrow(d.height), d.row_bits, d.conditional,
                           d.conditional_guide, narrow(d.width), d.column_bits, d.frames, s.map.radiance,
@@ -277,8 +277,8 @@ struct Display::State {
         const std::vector<float> curve = tone_steps(options.gamma);
         const Floats steps(device, "the tone curve", std::span<const float>(curve));
         Uints preview(device, "the preview", count);
-        tone_map({count, device.work_group(64)}, from, narrow(channels), narrow(count),
-                 static_cast<float>(gain * options.exposure), steps, preview);
+        tone_map(device.thin(count), from, narrow(channels), narrow(count), static_cast<float>(gain * options.exposure),
+                 steps, preview);
         return preview;
     }
 };
@@ -297,8 +297,8 @@ std::vector<float> Display::compose(const SphereView& view, const Floats& white,
     const std::size_t values = 4 * view.size * view.size;
     if (s.rgba.size() != values) s.rgba = Floats(s.device, "the picture", values);
     s.rgba.fill(0.0F);
-    s.compose({view.count, s.device.work_group(64)}, white, view.pixel, narrow(view.count), narrow(view.stride), gain_a,
-              gain_b, s.rgba);
+    s.compose(s.device.thin(view.count), white, view.pixel, narrow(view.count), narrow(view.stride), gain_a, gain_b,
+              s.rgba);
     return s.rgba.download();
 }
 
@@ -310,8 +310,8 @@ std::vector<cl_uint> Display::marked_preview(const RadianceMap& map, double scal
                                              const Uints& texel) {
     State& s = *state_;
     Uints preview = s.tone({map.rgb.data(), map.rgb.size()}, 3, scale, tone);
-    s.mark_samples({texel.size(), s.device.work_group(64)}, texel, narrow(texel.size()), narrow(map.width),
-                   narrow(map.height), preview);
+    s.mark_samples(s.device.thin(texel.size()), texel, narrow(texel.size()), narrow(map.width), narrow(map.height),
+                   preview);
     return preview.download();
 }
 

@@ -36,7 +36,7 @@ class RealTables {
     void sum() {
         sum_rows_(rows(), map_.radiance, sine_, narrow(map_.width), narrow(map_.height), weights_[0], weights_[1],
                   weights_[2], totals_);
-        scan_sums_({1, 1}, totals_, narrow(map_.height), marginal_, sum_);
+        scan_sums_(device_.single(), totals_, narrow(map_.height), marginal_, sum_);
     }
 
     void scan(Buffer<Real>& conditional) {
@@ -67,7 +67,7 @@ class RealTables {
     [[nodiscard]] Real total() const { return sum_.download()[0]; }
 
   private:
-    [[nodiscard]] Range rows() const { return {map_.height, device_.work_group(1)}; }
+    [[nodiscard]] Range rows() const { return device_.fat(map_.height); }
 
     const Device& device_;
     const DeviceMap& map_;
@@ -135,7 +135,7 @@ double relative_error(long double value, long double exact) {
 }
 
 void require_float64(const Device& device) {
-    if (device.info().has_fp64) return;
+    if (device.traits().fp64) return;
     throw DeviceError("device " + device.info().name + " has no float64: choose another --table-arithmetic than f64");
 }
 

@@ -7,9 +7,12 @@
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
+
+using test::TestDevice;
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -29,7 +32,7 @@ std::string device_error(F&& action) {
 
 class Cl : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
 };
 
 using Floats = Buffer<cl_float>;
@@ -144,9 +147,9 @@ TEST_F(Cl, AnEmptyRangeRunsNothing) {
 
 TEST(ClDevice, BadSelectorsAreUsageErrorsAndAbsentDevicesDeviceErrors) {
     for (const char* bad : {"x", "0", "0:", ":0", "0:0:", "-1:0", "0:a"}) {
-        EXPECT_THROW(Device(DeviceOptions{bad, 0, 0}), UsageError) << bad;
+        EXPECT_THROW(TestDevice(DeviceOptions{bad, 0, 0}), UsageError) << bad;
     }
-    EXPECT_THROW(Device(DeviceOptions{"97:0", 0, 0}), DeviceError);
+    EXPECT_THROW(TestDevice(DeviceOptions{"97:0", 0, 0}), DeviceError);
     EXPECT_FALSE(list_devices().empty());
 }
 
@@ -154,8 +157,8 @@ TEST(ClDevice, WorkGroupsStayWithinTheDevice) {
     const Device own;
     EXPECT_EQ(own.work_group(64), 64U);
     EXPECT_EQ(own.work_group(std::numeric_limits<std::size_t>::max()), own.info().max_work_group);
-    EXPECT_EQ(Device(DeviceOptions{"", 0, 3}).work_group(64), 3U);
-    EXPECT_EQ(Device(DeviceOptions{"", 1, 0}).info().compute_units, 1U);
+    EXPECT_EQ(TestDevice(DeviceOptions{"", 0, 3}).work_group(64), 3U);
+    EXPECT_EQ(TestDevice(DeviceOptions{"", 1, 0}).info().compute_units, 1U);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "maps.hpp"
 #include "reference/display.hpp"
 #include "sphere.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -23,7 +24,7 @@ cl_uint byte_of(cl_uint pixel, std::size_t c) { return pixel >> (8 * c) & 0xFF; 
 
 class DisplayTest : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
     Display display_{device_};
 };
 

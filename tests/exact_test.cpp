@@ -10,9 +10,12 @@
 #include <vector>
 
 #include "reference/irradiance.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
+
+using test::TestDevice;
 
 using reference::Vector;
 
@@ -151,7 +154,7 @@ std::string name_of(const testing::TestParamInfo<Size>& info) {
 
 class ExactOfSize : public testing::TestWithParam<Size> {
   protected:
-    Device device_;
+    TestDevice device_;
     SphereView view_{device_, 9};
 };
 
@@ -221,7 +224,7 @@ std::vector<Vector> normals_about(const RadianceMap& map, std::size_t row, std::
 /// One texel lit, anywhere: the horizon cuts it for half of the normals, the others show its cosine lobe.
 TEST_P(ExactOfLoneTexel, EqualsTheReference) {
     const Place place = GetParam();
-    const Device device;
+    const TestDevice device;
     const RadianceMap map = lone_texel(place.size.width, place.size.height, place.row, place.column);
     // A thousand pieces a side: 1e-6 / 24 of the cosine across the texel, which is at most 0.1.
     const double texel = std::numbers::pi / static_cast<double>(std::max(place.size.width / 2, place.size.height));
@@ -244,7 +247,7 @@ INSTANTIATE_TEST_SUITE_P(Places, ExactOfLoneTexel,
 
 /// A texel wholly above the horizon adds L n . V, one wholly below adds nothing, to the last bit.
 TEST(Exact, LoneTexelIsItsCosineLobe) {
-    const Device device;
+    const TestDevice device;
     const std::size_t width = 64;
     const std::size_t height = 32;
     const RadianceMap map = lone_texel(width, height, 9, 20);
@@ -274,7 +277,7 @@ TEST(Exact, LoneTexelIsItsCosineLobe) {
 
 /// Suns of 1e6 over a dim sky: what faces away from them still shows the sky, to its own precision.
 TEST(Exact, SkyBehindTheSunKeepsItsPrecision) {
-    const Device device;
+    const TestDevice device;
     const RadianceMap map = map_of(256, 128, [](std::size_t i, std::size_t j) {
         const double value = i == 40 && (j == 64 || j == 0 || j == 255) ? 1e6 : 0.05;
         return Vector{value, value, value};
@@ -288,7 +291,7 @@ TEST(Exact, SkyBehindTheSunKeepsItsPrecision) {
 
 /// Radiance 1 + y gives 1 + 2/3 n_y: the cosine's first moment.
 TEST(Exact, LinearMapGivesTwoThirdsOfTheSlope) {
-    const Device device;
+    const TestDevice device;
     const std::size_t height = 4096;
     const RadianceMap map = map_of(1, height, [=](std::size_t i, std::size_t) {
         const double theta = std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(height);
@@ -307,7 +310,7 @@ TEST(Exact, LinearMapGivesTwoThirdsOfTheSlope) {
 
 /// Half a world lit: (1 + cosine with the middle of the lit half) / 2, exactly, whichever half.
 TEST(Exact, HalfLitWorldGivesTheClosedForm) {
-    const Device device;
+    const TestDevice device;
     const SphereView view(device, 65);
     const RadianceMap upper = map_of(8, 6, [](std::size_t i, std::size_t) { return Vector{i < 3 ? 1.0 : 0.0, 0, 0}; });
     const RadianceMap front = map_of(8, 6, [](std::size_t, std::size_t j) { return Vector{j < 4 ? 1.0 : 0.0, 0, 0}; });
@@ -322,7 +325,7 @@ TEST(Exact, HalfLitWorldGivesTheClosedForm) {
 
 /// Rotating by whole columns is the same as moving the map's columns on.
 TEST(Exact, RotationByColumnsShiftsTheMap) {
-    const Device device;
+    const TestDevice device;
     const SphereView view(device, 33);
     const std::size_t width = 36;
     const RadianceMap map = random_map(width, 18, 3);
@@ -343,7 +346,7 @@ TEST(Exact, RotationByColumnsShiftsTheMap) {
 TEST(Exact, BitsAreTheSameForAnyWorkGroupAndThreads) {
     const RadianceMap map = random_map(67, 41, 5);
     const auto run = [&](const DeviceOptions& options) {
-        const Device device(options);
+        const TestDevice device(options);
         return exact_irradiance(device, map, 77, SphereView(device, 33)).irradiance;
     };
     const auto expected = run({});
@@ -354,7 +357,7 @@ TEST(Exact, BitsAreTheSameForAnyWorkGroupAndThreads) {
 
 /// Maps at the ends of float32 lose nothing: the smallest numbers, and those whose sums overflow.
 TEST(Exact, ExtremeRadianceKeepsItsPrecision) {
-    const Device device;
+    const TestDevice device;
     const SphereView view(device, 9);
     for (const double value : {1e-40, 3e38}) {
         const auto stored = static_cast<double>(static_cast<float>(value));
@@ -365,7 +368,7 @@ TEST(Exact, ExtremeRadianceKeepsItsPrecision) {
 }
 
 TEST(Exact, BlackMapGivesZeros) {
-    const Device device;
+    const TestDevice device;
     for (const Vector& e : exact_irradiance(device, constant_map(4, 2, 0), 0, SphereView(device, 9)).irradiance) {
         EXPECT_EQ(e, (Vector{0, 0, 0}));
     }
@@ -373,7 +376,7 @@ TEST(Exact, BlackMapGivesZeros) {
 
 /// Progress grows from launch to launch and ends at the total that was estimated.
 TEST(Exact, ProgressEndsAtTheEstimate) {
-    const Device device;
+    const TestDevice device;
     const RadianceMap map = random_map(256, 256, 1);
     const DeviceMap on_device(device, map);
     const Distribution distribution = TableBuilder(device).build(on_device);

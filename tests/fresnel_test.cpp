@@ -9,9 +9,12 @@
 
 #include "error.hpp"
 #include "reference/fresnel.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
+
+using test::TestDevice;
 
 constexpr double NEARLY_ONE = 1e-7;  // the media's difference at which textbook formulas lose every digit of a float
 const std::vector<double> RATIOS = {
@@ -60,7 +63,7 @@ std::vector<double> hard_angles(const Media& media) {
 
 class Fresnel : public testing::TestWithParam<FresnelArithmetic> {
   protected:
-    Device device_;
+    TestDevice device_;
 };
 
 INSTANTIATE_TEST_SUITE_P(Arithmetic, Fresnel, testing::Values(FresnelArithmetic::fp64, FresnelArithmetic::float_pairs),

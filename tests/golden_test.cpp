@@ -8,6 +8,7 @@
 
 #include "lit_map.hpp"
 #include "maps.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -54,7 +55,7 @@ const std::string GOLDENS = std::string(CLERESTORY_SOURCE_DIR) + "/tests/goldens
 /// Tables and a million draws are the same bits as when the goldens were written, on any device. tests/README.md says
 /// when they may be written anew.
 TEST(Golden, TablesAndDrawsAreTheBitsThatWereCommitted) {
-    const Device device;
+    const TestDevice device;
     nlohmann::json found;
     for (auto& [name, map] : golden_maps()) found[name] = digests(device, std::move(map));
     if (std::getenv("CLERESTORY_WRITE_GOLDENS") != nullptr) {

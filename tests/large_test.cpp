@@ -7,6 +7,7 @@
 #include "lit_map.hpp"
 #include "maps.hpp"
 #include "sphere.hpp"
+#include "test_device.hpp"
 
 // Maps of 134 million texels. Label `large`: left out of the default suite, run by tests/run_large.sh.
 namespace clerestory {
@@ -41,7 +42,7 @@ void expect_renders(const Device& device, LitMap& lit) {
 TEST(Large, OneLitTexelAmongMillionsIsAllThatIsDrawn) {
     constexpr std::size_t ROW = 4321;
     constexpr std::size_t COLUMN = 12345;
-    const Device device;
+    const TestDevice device;
     LitMap lit(device, lone_texel_map(WIDTH, HEIGHT, ROW, COLUMN));
     const SampleSet set = lit.sampler.draw(1'000'000);
     for (const cl_uint texel : set.texel.download()) ASSERT_EQ(texel, ROW * WIDTH + COLUMN);
@@ -56,7 +57,7 @@ TEST(Large, OneLitTexelAmongMillionsIsAllThatIsDrawn) {
 TEST(Large, ABillionDrawsOfTheHardMapsHitNoBlackTexel) {
     constexpr std::size_t DRAWS = 1'000'000'000;
     constexpr std::size_t BATCH = std::size_t{1} << 20;
-    const Device device;
+    const TestDevice device;
     const std::vector<NamedMap> maps = hard_maps();
     std::size_t drawn = 0;
     for (const NamedMap& hard : maps) {
@@ -78,7 +79,7 @@ TEST(Large, ABillionDrawsOfTheHardMapsHitNoBlackTexel) {
 }
 
 TEST(Large, EqualTexelsHaveEqualWidthsAndAreDrawnEvenly) {
-    const Device device;
+    const TestDevice device;
     LitMap lit(device, constant_map(WIDTH, HEIGHT, 1));
     // A row of 2^14 equal texels: each gets 2^31 / 2^14 units but for two cuts.
     for (std::size_t at = 0; at < WIDTH * HEIGHT; ++at) {
@@ -99,7 +100,7 @@ TEST(Large, EqualTexelsHaveEqualWidthsAndAreDrawnEvenly) {
 }
 
 TEST(Large, EveryTexelBesideSunsCanBeDrawn) {
-    const Device device;
+    const TestDevice device;
     for (const bool at_start : {true, false}) {
         LitMap lit(device, sun_map(WIDTH, HEIGHT, HEIGHT / 3, 16, 1e12F, 0.05F, at_start));
         for (std::size_t at = 0; at < WIDTH * HEIGHT; ++at) {

@@ -6,6 +6,7 @@
 #include "cl/program.hpp"
 #include "lit_map.hpp"
 #include "maps.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -34,7 +35,7 @@ struct Directions {
 
 class LatLong : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
 };
 
 /// Row 0 is up, columns run from +x through +z: each draw of six coloured blocks lies in the block of its colour.

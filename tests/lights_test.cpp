@@ -13,9 +13,12 @@
 #include "legendre.hpp"
 #include "reference/harmonic.hpp"
 #include "reference/shade.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
+
+using test::TestDevice;
 
 using reference::Light;
 using reference::Vector;
@@ -81,7 +84,7 @@ double worst_error(const SphereView& view, const std::vector<float>& white, cons
 
 class LightsTest : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
     LightShader shader_{device_};
 
     std::vector<float> shaded(const SphereView& view, const Lights& lights) {

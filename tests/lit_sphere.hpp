@@ -6,6 +6,7 @@
 #include "harmonic.hpp"
 #include "image.hpp"
 #include "sphere.hpp"
+#include "test_device.hpp"
 
 /// A map that is ready to light spheres, and the comparison of what came out with the truth.
 namespace clerestory::test {
@@ -14,7 +15,7 @@ namespace clerestory::test {
 struct Lit {
     explicit Lit(RadianceMap lit);
     RadianceMap map;
-    Device device;
+    TestDevice device;
     DeviceMap on_device;
     Distribution distribution;
     HarmonicShader shader;

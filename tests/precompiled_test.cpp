@@ -9,6 +9,7 @@
 #include "cl/device.hpp"
 #include "cl/program.hpp"
 #include "run_program.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -20,7 +21,7 @@ TEST(Precompiled, KeepsEachProgramOnceItsDeviceIsClosed) {
     {
         DeviceOptions options;
         options.precompile_into = folder.path();
-        const Device device(options);
+        const TestDevice device(options);
         const Program display(device, "display.cl");
         const Program sequence(device, "sequence.cl");
         EXPECT_TRUE(names_in(folder.path()).empty()) << "kernels may still run";

@@ -8,6 +8,7 @@
 #include "cl/pocl_bitcode.hpp"
 #include "cl/program.hpp"
 #include "run_program.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -48,7 +49,7 @@ TEST(ProgramCache, IsHarmlessWhereItsFolderCannotBe) {
 
 TEST(ProgramCache, AProgramBuildsFromSourceThenFromTheCacheThenAroundADamagedOne) {
     const TempFolder folder;
-    const Device device({.selector = "", .threads = 0, .work_group = 0, .program_cache = folder.path()});
+    const TestDevice device({.selector = "", .threads = 0, .work_group = 0, .program_cache = folder.path()});
     const auto kernels_of = [&] { return Program(device, "display.cl").handle().getInfo<CL_PROGRAM_NUM_KERNELS>(); };
     const auto from_source = kernels_of();
     ASSERT_EQ(names_in(folder.path()).size(), 1U);
@@ -87,7 +88,7 @@ TEST(PoclBitcode, IsNotFoundInABinaryCutShortOrOfAnotherKind) {
 
 TEST(PoclBitcode, IsWhatTheCacheKeepsOnPocl) {
     const TempFolder folder;
-    const Device device({.selector = "", .threads = 0, .work_group = 0, .program_cache = folder.path()});
+    const TestDevice device({.selector = "", .threads = 0, .work_group = 0, .program_cache = folder.path()});
     if (!is_pocl(device.info())) GTEST_SKIP() << "not PoCL";
     const Program program(device, "display.cl");
     const std::string entry = read_file(folder.path() / names_in(folder.path()).at(0));

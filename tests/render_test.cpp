@@ -11,6 +11,7 @@
 
 #include "comparison.hpp"
 #include "maps.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -25,7 +26,7 @@ constexpr double EXACT_BOUND = 2e-6;
 
 class Render : public ::testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
     TableBuilder builder_{device_};
     Renderer renderer_{device_};
 
@@ -193,7 +194,7 @@ TEST_F(Render, ARotationByAQuarterTurnLightsTheFarSideWithTheCentreColumn) {
 
 TEST_F(Render, TheSameSeedGivesTheSameBitsForAnyThreadsAndGroups) {
     const auto render_with = [&](const DeviceOptions& device_options, Estimator estimator) {
-        const Device device(device_options);
+        const TestDevice device(device_options);
         TableBuilder builder(device);
         const Scene scene(device, builder, ramp_map(31, 17));
         Renderer renderer(device);

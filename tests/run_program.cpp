@@ -14,6 +14,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "test_device.hpp"
+
 namespace clerestory::test {
 namespace {
 
@@ -107,6 +109,10 @@ ProgramResult run_command(std::vector<std::string> words, const ProgramSetting& 
 ProgramResult run_program(const std::vector<std::string>& arguments, const ProgramSetting& setting) {
     std::vector<std::string> words = {CLERESTORY_PROGRAM};
     words.insert(words.end(), arguments.begin(), arguments.end());
+    if (!arguments.empty() && !arguments.front().starts_with('-')) {
+        const std::vector<std::string> flags = test_flags();
+        words.insert(words.begin() + 2, flags.begin(), flags.end());  // after the command's name
+    }
     return run_command(std::move(words), setting);
 }
 

@@ -11,6 +11,7 @@
 #include "error.hpp"
 #include "image_files.hpp"
 #include "run_program.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -59,7 +60,7 @@ class SceneLoaderTest : public testing::Test {
 
     TempFolder folder_;
     const std::string file_ = folder_.file("map.exr");
-    Device device_;
+    TestDevice device_;
     TableBuilder builder_{device_};
 };
 

@@ -10,10 +10,13 @@
 
 #include "maps.hpp"
 #include "sphere.hpp"
+#include "test_device.hpp"
 
 /// What the sequences are for: the error of a lit sphere, by the report's plain estimator.
 namespace clerestory {
 namespace {
+
+using test::TestDevice;
 
 /// Standard errors that a seeded average may be off by: by chance one in 150,000 is further out.
 constexpr double SIGMAS = 4.5;
@@ -100,7 +103,7 @@ class SequenceError : public testing::Test {
         });
     }
 
-    Device device_;
+    TestDevice device_;
     SphereView view_{device_, SIDE};
     SharedShader shader_{device_};
     RadianceMap map_;

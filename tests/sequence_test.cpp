@@ -16,9 +16,12 @@
 #include "cl/shared_kernel_types.hpp"
 #include "reference/sequence.hpp"
 #include "samples.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
+
+using test::TestDevice;
 
 using Fraction = std::uint32_t;
 using FractionPair = std::array<Fraction, 2>;
@@ -68,7 +71,7 @@ class Points {
 
 class SequenceSuite : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
 };
 
 using SequencePhilox = SequenceSuite;
@@ -77,7 +80,7 @@ using SequenceStratified = SequenceSuite;
 
 class SequenceAny : public testing::TestWithParam<Sequence> {
   protected:
-    Device device_;
+    TestDevice device_;
     Points points_{device_, GetParam()};
 };
 

@@ -11,6 +11,7 @@
 #include "distribution.hpp"
 #include "maps.hpp"
 #include "reference/tables.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -51,7 +52,7 @@ class Stage1Weight : public testing::Test {
         return weights.download();
     }
 
-    Device device_;
+    TestDevice device_;
     Program program_{device_, "stage1_weight.cl"};
     Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks_{device_, program_, "census_chunks"};
     Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census_{device_, program_, "join_census"};
@@ -131,7 +132,7 @@ TEST_P(Stage1WeightCensus, CountsEachBadTexelOnceAndNamesTheFirst) {
     const CensusCase& c = GetParam();
     RadianceMap map = constant_map(c.width, c.height, 1);
     for (const auto& [at, rgb] : c.texels) std::copy(rgb.begin(), rgb.end(), map.rgb.data() + 3 * at);
-    const Device device;
+    const TestDevice device;
     const DeviceMap on_device(device, map);
     TableBuilder builder(device);
     const MapCensus wanted = reference::census(map);

@@ -13,6 +13,7 @@
 #include "distribution.hpp"
 #include "maps.hpp"
 #include "reference/tables.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -33,7 +34,7 @@ Tables tables_of(const Distribution& built) {
 }
 
 Tables built_with(const DeviceOptions& options, const RadianceMap& map, ScanPath path) {
-    const Device device(options);
+    const TestDevice device(options);
     return tables_of(TableBuilder(device).build(DeviceMap(device, map), {Luminance::average, path}));
 }
 
@@ -47,7 +48,7 @@ class Stage2Cdf : public testing::Test {
         return builder_.build(DeviceMap(device_, map), options);
     }
 
-    Device device_;
+    TestDevice device_;
     TableBuilder builder_{device_};
 };
 

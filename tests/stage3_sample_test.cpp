@@ -13,6 +13,7 @@
 #include "reference/draw.hpp"
 #include "reference/sequence.hpp"
 #include "samples.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -62,7 +63,7 @@ std::vector<cl_uint> points_at_ends(const reference::TablesView& tables) {
 
 class Stage3Sample : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
 };
 
 /// No fraction draws a black texel or leaves the table, and the place within inverts the draw.
@@ -216,7 +217,7 @@ class Stage3SampleFrequency : public testing::TestWithParam<FrequencyCase> {};
 /// Ten million draws: each texel as often as its probability says, and no black one ever.
 TEST_P(Stage3SampleFrequency, TexelsAreDrawnAsOftenAsTheirProbabilitySays) {
     constexpr std::size_t DRAWS = 10'000'000;
-    const Device device;
+    const TestDevice device;
     SamplingOptions options;
     options.seed = 20;
     LitMap lit(device, GetParam().make(), options);
@@ -257,9 +258,9 @@ TEST_F(Stage3Sample, DrawsDependOnTheirIndexAlone) {
     const std::vector<cl_uint> whole = texels(device_, 0);
     const std::vector<cl_uint> later(whole.begin() + SKIPPED, whole.end());
     EXPECT_EQ(texels(device_, SKIPPED), later);
-    EXPECT_EQ(texels(Device(DeviceOptions{"", 1, 0}), 0), whole);
+    EXPECT_EQ(texels(TestDevice(DeviceOptions{"", 1, 0}), 0), whole);
     for (const std::size_t group : {1U, 3U, 64U}) {
-        const Device grouped(DeviceOptions{"", 0, group});
+        const TestDevice grouped(DeviceOptions{"", 0, group});
         EXPECT_EQ(texels(grouped, 0), whole) << "groups of " << group;
     }
 }

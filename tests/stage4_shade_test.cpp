@@ -10,6 +10,7 @@
 #include "reference/shade.hpp"
 #include "reference/tables.hpp"
 #include "sphere.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -87,7 +88,7 @@ std::vector<NamedMap> shading_maps() {
 
 class Stage4Shade : public testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
 };
 
 TEST_F(Stage4Shade, ViewHoldsTheDiscsPixelsAndTheirNormals) {
@@ -238,7 +239,7 @@ TEST_F(Stage4Shade, SurfacesFacingAwayFromSunsGetTheSkysLight) {
 
 TEST_F(Stage4Shade, ResultsAreTheSameForEveryWorkGroupAndThreadCount) {
     const auto shaded = [](const DeviceOptions& chosen, bool shared) {
-        const Device device(chosen);
+        const TestDevice device(chosen);
         LitMap lit(device, random_map(257, 89, 7));
         const SphereView view(device, 33);
         auto white = view.planes(device);

@@ -18,6 +18,7 @@
 #include "study/ranking.hpp"
 #include "study/report.hpp"
 #include "target.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -244,7 +245,7 @@ TEST(StudyRanking, FrontAndVerdictsOfKnownPoints) {
 /// The relative RMSE that the chosen method really has at the picture's own size.
 void expect_target_reached(const std::string& name, RadianceMap map, double target) {
     constexpr std::size_t SIZE = 201;  // other pixels than those that the choice was made by
-    const Device device;
+    const TestDevice device;
     TableBuilder builder(device);
     const Scene scene(device, builder, std::move(map));
     RenderOptions asked;

@@ -16,6 +16,7 @@
 #include "run_program.hpp"
 #include "samples.hpp"
 #include "scene.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -31,7 +32,7 @@ class TableArithmeticTest : public testing::Test {
         return undrawable_f32(device_, DeviceMap(device_, map), Luminance::average);
     }
 
-    Device device_;
+    TestDevice device_;
 };
 
 constexpr std::size_t SUN_ROW_WIDTH = 8192;
@@ -150,7 +151,7 @@ class DrawnArithmeticTest : public testing::Test {
 
     static constexpr std::size_t SAMPLES = std::size_t{1} << 22;
     static constexpr float SKY = 0.05F;
-    Device device_;
+    TestDevice device_;
 };
 
 /// What tests/README.md says of float32 tables, seen in a picture.

@@ -19,6 +19,7 @@
 #include "samples.hpp"
 #include "sphere.hpp"
 #include "table_arithmetic.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -27,7 +28,7 @@ constexpr std::size_t SIDE = 6;
 
 class Tiny : public ::testing::Test {
   protected:
-    Device device_;
+    TestDevice device_;
     TableBuilder builder_{device_};
     Renderer renderer_{device_};
 

@@ -12,11 +12,22 @@ namespace clerestory {
 
 struct KernelRun;
 
+/// What kind of device work is laid out for.
+enum class ActAs {
+    itself,
+    accelerator,           ///< one whose work-items run in lock step, whatever it is: for tests of that path
+    flushing_accelerator,  ///< the same, and numbers below 2^-126 may count as 0
+};
+
+/// By its name at the command line: accelerator, flushing-accelerator. Throws UsageError.
+CLERESTORY_API ActAs act_as_by_name(const std::string& name);
+
 /// Which device to open and how much of it to use.
 struct DeviceOptions {
     std::string selector;        ///< "P:D", platform and device by number; empty: the first CPU, else the first device
     unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
     std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
+    ActAs act_as = ActAs::itself;
     std::filesystem::path program_cache = {};  ///< folder that keeps built programs; empty: none
     std::filesystem::path precompile_into =
         {};  ///< folder that takes programs with the kernels that ran, for an installation; empty: none

@@ -24,7 +24,7 @@ void CL_CALLBACK give_back(cl_mem /*gone*/, void* memory) { std::free(memory); }
 }  // namespace
 
 cl::Buffer take_buffer(const Device& device, std::size_t bytes) {
-    if (!device.info().is_cpu || !worth_huge_pages(bytes)) return {device.context(), CL_MEM_READ_WRITE, bytes};
+    if (!device.traits().zero_copy || !worth_huge_pages(bytes)) return {device.context(), CL_MEM_READ_WRITE, bytes};
     Memory memory = pages_for(bytes);
     cl::Buffer buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory.get());
     // The last command that uses the buffer may outlive its owner, so the driver says when the memory is free.

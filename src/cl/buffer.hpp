@@ -48,9 +48,9 @@ class Buffer {
         upload(values);
     }
 
-    /// Page-aligned host memory that outlives the buffer: used where it lies on a CPU, copied elsewhere.
+    /// Page-aligned host memory that outlives the buffer: used where it lies if the device can, copied elsewhere.
     static Buffer over(const Device& device, const char* name, std::span<const T> values) {
-        if (!device.info().is_cpu || values.empty()) return Buffer(device, name, values);
+        if (!device.traits().zero_copy || values.empty()) return Buffer(device, name, values);
         Buffer view;
         view.queue_ = device.queue();
         view.name_ = name;

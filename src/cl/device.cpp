@@ -127,6 +127,7 @@ Device::Device(const DeviceOptions& options)
         device_ = part_of(device_, options.threads, info_.compute_units);
         info_.compute_units = device_.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
         context_ = cl::Context(device_);
+        traits_ = traits_of(device_, info_, options.act_as);
         queue_ = cl::CommandQueue(context_, device_, cl::QueueProperties::Profiling);
     } catch (const cl::Error& error) {
         throw DeviceError(fmt::format("opening the OpenCL device failed in {}: {}; {}", error.what(),

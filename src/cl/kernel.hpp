@@ -57,13 +57,6 @@ struct LocalArray {
     std::size_t count = 0;
 };
 
-/// A one-dimensional range: `count` work-items, padded up to whole groups of `group`; kernels ignore the padding.
-struct Range {
-    std::size_t count = 0;
-    std::size_t group = 1;
-    [[nodiscard]] std::size_t padded() const noexcept { return (count + group - 1) / group * group; }
-};
-
 namespace detail {
 
 template <class T>

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 namespace clerestory {
 namespace {
@@ -18,6 +20,17 @@ constexpr std::array<unsigned char, 4> BITCODE_MAGIC = {'B', 'C', 0xC0, 0xDE};
 }  // namespace
 
 bool is_pocl(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
+
+bool has_clang_builtins(const DeviceInfo& info) {
+    // "OpenCL 3.0 PoCL 3.1+debian ..."
+    constexpr std::string_view NAME = "PoCL ";
+    const auto at = info.version.find(NAME);
+    int major = 0;
+    int minor = 0;
+    return is_pocl(info) && at != std::string::npos &&
+           std::sscanf(info.version.c_str() + at + NAME.size(), "%d.%d", &major, &minor) == 2 &&
+           std::pair(major, minor) >= std::pair(3, 1);
+}
 
 std::optional<std::vector<unsigned char>> bitcode_in(const std::vector<unsigned char>& binary) {
     const auto name = std::search(binary.begin(), binary.end(), FILE_NAME.begin(), FILE_NAME.end());

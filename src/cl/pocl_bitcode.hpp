@@ -10,6 +10,9 @@ namespace clerestory {
 
 /// Whether the device is driven by PoCL.
 bool is_pocl(const DeviceInfo& info);
+/// Whether its compiler makes instructions of clang's own functions, and takes unlinked bitcode for a program: PoCL
+/// from 3.1 on. 3.0 leaves calls of functions that nobody has.
+bool has_clang_builtins(const DeviceInfo& info);
 
 /// LLVM bitcode of a source, compiled and not linked, which PoCL takes as a program's binary; nothing where it fails.
 ///

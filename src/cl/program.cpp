@@ -20,8 +20,9 @@ namespace {
 constexpr const char* BUILD_OPTIONS = "-cl-std=CL1.2 -cl-kernel-arg-info";
 
 /// Options of every program on this device. See kernels/inline.clh.
-std::string device_options(const DeviceInfo& info) {
-    return fmt::format("{} -DCLANG_BUILTINS={}", BUILD_OPTIONS, is_pocl(info) ? 1 : 0);
+std::string device_options(const DeviceTraits& traits) {
+    return fmt::format("{} -DCLANG_BUILTINS={:d} -DSTREAMING_STORES={:d}", BUILD_OPTIONS, traits.clang_builtins,
+                       traits.streaming_stores);
 }
 
 /// The name in a line of the form `#include "name"`, else empty.
@@ -90,7 +91,7 @@ std::optional<cl::Program> program_by_binary(const Device& device, const std::st
     if (const auto kept = device.program_cache().load(key)) {
         if (auto program = program_of(device, *kept, options)) return program;
     }
-    if (!is_pocl(device.info())) return std::nullopt;
+    if (!has_clang_builtins(device.info())) return std::nullopt;
     const auto bitcode = compile_to_bitcode(device, source, options);
     if (!bitcode) return std::nullopt;
     auto program = program_of(device, *bitcode, options);
@@ -122,7 +123,7 @@ cl::Program program_by_source(const Device& device, std::string_view file, const
 }  // namespace
 
 Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
-    const std::string options = fmt::format("{} {}", device_options(device.info()), defines);
+    const std::string options = fmt::format("{} {}", device_options(device.traits()), defines);
     const std::string source = assembled_source(file);
     const std::string key = cache_key(device.info(), source, options);
     auto found = program_by_binary(device, source, key, options);

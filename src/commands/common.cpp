@@ -53,6 +53,11 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
         .add_option("--work-group", common.device.work_group, "Work-items in a group; 0 is each kernel's own choice")
         ->type_name("N")
         ->group(group);
+    // For tests: lays work out as for a device of another kind, on whatever device there is.
+    command
+        .add_option_function<std::string>(
+            "--act-as", [&common](const std::string& name) { common.device.act_as = act_as_by_name(name); })
+        ->group("");
     command.add_option("--seed", common.seed, "Seed of every random number; the same seed gives the same bits")
         ->type_name("N")
         ->capture_default_str()
