@@ -32,6 +32,19 @@ Uints sized(const Device& device, const char* name, std::size_t count, Uints spa
     return {device, name, count};
 }
 
+/// Throws DeviceError: a device that takes small numbers for 0 would take lit texels for black ones.
+void refuse_denormals(const Device& device, const RadianceMap& map) {
+    const auto is_denormal = [](float v) { return std::fpclassify(v) == FP_SUBNORMAL; };
+    const float* const end = map.rgb.data() + map.rgb.size();
+    const float* const first = std::find_if(map.rgb.data(), end, is_denormal);
+    if (first == end) return;
+    const auto texel = static_cast<std::size_t>(first - map.rgb.data()) / 3;
+    throw DeviceError(fmt::format(
+        "device {} takes numbers below 1.2e-38 for 0, and the map holds {}, the first at row {}, column {}: choose "
+        "another with --device, or multiply the map",
+        device.info().name, std::count_if(first, end, is_denormal), texel / map.width, texel % map.width));
+}
+
 using Censuses = Buffer<Census>;
 using Weights = Buffer<RowWeight>;
 
@@ -40,7 +53,9 @@ using Weights = Buffer<RowWeight>;
 DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
     : width(map.width),
       height(map.height),
-      radiance(Floats::over(device, "the map", {map.rgb.data(), map.rgb.size()})) {}
+      radiance(Floats::over(device, "the map", {map.rgb.data(), map.rgb.size()})) {
+    if (!device.traits().denormals) refuse_denormals(device, map);
+}
 
 namespace {
 

@@ -50,13 +50,14 @@ std::string control_defines(unsigned degree) {
     return fmt::format("-DCONTROL_DEGREE={} -DCONTROL_SERIES={}", degree, series);
 }
 
-/// Exposed radiances at which round(255 x^(1/gamma)) becomes 1, 2, ... 255. None is 0, however steep the curve.
+/// Exposed radiances at which round(255 x^(1/gamma)) becomes 1, 2, ... 255. None is 0, nor so small that a device may
+/// count it as 0, however steep the curve.
 std::vector<float> tone_steps(double gamma) {
     constexpr int STEPS = 255;
     std::vector<float> steps;
     for (int k = 1; k <= STEPS; ++k) {
         const auto step = static_cast<float>(std::pow((k - 0.5) / STEPS, gamma));
-        steps.push_back(std::max(step, std::numeric_limits<float>::denorm_min()));
+        steps.push_back(std::max(step, std::numeric_limits<float>::min()));
     }
     return steps;
 }

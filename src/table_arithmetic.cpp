@@ -1,5 +1,7 @@
 #include "table_arithmetic.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -26,8 +28,7 @@ class RealTables {
           map_(map),
           weights_(luminance_weights_f32(luminance)),
           program_(device, "table_arithmetic.cl",
-                   std::string(sizeof(Real) == 8 ? "-DREAL=double" : "-DREAL=float") +
-                       (compensated ? " -DCOMPENSATED=1" : " -DCOMPENSATED=0")),
+                   fmt::format("-DREAL={} -DCOMPENSATED={:d}", sizeof(Real) == 8 ? "double" : "float", compensated)),
           sine_(device, "the rows' sines", std::span<const float>(row_geometry(map.width, map.height).sine)),
           totals_(device, "the rows' sums", map.height),
           marginal_(device, "the marginal table", map.height),

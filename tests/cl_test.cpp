@@ -157,6 +157,7 @@ TEST(ClDevice, WorkGroupsStayWithinTheDevice) {
     const Device own;
     EXPECT_EQ(own.work_group(64), 64U);
     EXPECT_EQ(own.work_group(std::numeric_limits<std::size_t>::max()), own.info().max_work_group);
+    EXPECT_THROW(TestDevice(DeviceOptions{"", 0, own.info().max_work_group + 1}), UsageError);
     EXPECT_EQ(TestDevice(DeviceOptions{"", 0, 3}).work_group(64), 3U);
     EXPECT_EQ(TestDevice(DeviceOptions{"", 1, 0}).info().compute_units, 1U);
 }

@@ -138,6 +138,22 @@ TEST_F(Stage2Cdf, BadTexelsAreCountedAlikeByRowsAndByChunks) {
     EXPECT_EQ(complaint(ScanPath::rows), complaint(ScanPath::chunks));
 }
 
+/// A device that takes small numbers for 0 either gives the same bits or says that it cannot.
+TEST(Stage2CdfFlushing, MapsThatNeedSmallNumbersAreRefusedAndOthersAreTheSame) {
+    const DeviceOptions flushing{.act_as = ActAs::flushing_accelerator};
+    for (const NamedMap& hard : hard_maps()) {
+        const RadianceMap map = hard.make();
+        const float* const end = map.rgb.data() + map.rgb.size();
+        const bool small = std::any_of(map.rgb.data(), end, [](float v) { return v != 0 && std::abs(v) < 0x1p-126F; });
+        if (small) {
+            EXPECT_THROW(built_with(flushing, map, ScanPath::automatic), DeviceError) << hard.name;
+        } else {
+            EXPECT_EQ(built_with(flushing, map, ScanPath::automatic), built_with({}, map, ScanPath::automatic))
+                << hard.name;
+        }
+    }
+}
+
 TEST_F(Stage2Cdf, TablesBuiltIntoOldArraysAreTheSame) {
     const RadianceMap map = rows_of_every_kind(521);
     const DeviceMap on_device(device_, map);

@@ -155,6 +155,33 @@ TEST_F(Tiny, BothFresnelArithmeticsReflectTheSame) {
     }
 }
 
+/// Every kernel that only devices with work-items in lock step run. The map is higher than a tile of the marginal.
+TEST_F(Tiny, WorkItemsInLockStepBuildTheSameTablesAndGiveFiniteLight) {
+    const Device in_step({.act_as = ActAs::accelerator});
+    ASSERT_FALSE(in_step.traits().fat_items);
+    TableBuilder builder(in_step);
+    const RadianceMap map = ramp_map(3, in_step.traits().scan_lanes + 1);
+    const Distribution groups = builder.build(DeviceMap(in_step, map));
+    const Distribution chunks = builder_.build(DeviceMap(device_, map), {.path = ScanPath::chunks});
+    EXPECT_EQ(groups.conditional.download(), chunks.conditional.download());
+    EXPECT_EQ(groups.marginal.download(), chunks.marginal.download());
+    const Scene sun(in_step, builder, sun_map(64, 32, 10, 1, 1000.0F, 1.0F, true));
+    Renderer renderer(in_step);
+    for (const Estimator estimator : {Estimator::harmonic, Estimator::exact, Estimator::shared}) {
+        RenderOptions options;
+        options.estimator = estimator;
+        options.samples = 3;
+        options.size = SIDE;
+        options.harmonic = {4, 128};
+        double light = 0;
+        for (const float value : renderer.render(sun, options).rgba) {
+            EXPECT_TRUE(std::isfinite(value)) << estimator_name(estimator);
+            light += value;
+        }
+        EXPECT_GT(light, 0) << estimator_name(estimator);
+    }
+}
+
 /// Four points of either sequence are an elementary stratification: one a quarter of the square.
 TEST_F(Tiny, FourStratifiedPointsLieInFourQuarters) {
     for (const Sequence sequence : {Sequence::stratified, Sequence::sobol}) {

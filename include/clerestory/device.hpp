@@ -24,7 +24,7 @@ CLERESTORY_API ActAs act_as_by_name(const std::string& name);
 
 /// Which device to open and how much of it to use.
 struct DeviceOptions {
-    std::string selector;        ///< "P:D", platform and device by number; empty: the first CPU, else the first device
+    std::string selector = {};   ///< "P:D", platform and device by number; empty: the first CPU, else the first device
     unsigned threads = 0;        ///< compute units to use, by a sub-device; 0: all
     std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
     ActAs act_as = ActAs::itself;
@@ -49,9 +49,10 @@ struct DeviceInfo {
     std::size_t max_work_group = 0;
     std::size_t memory_bytes = 0;
     std::size_t max_allocation_bytes = 0;
+    std::string trouble;  ///< why it cannot be used, where its driver does not even say what it is; empty: it can
 };
 
-/// Every OpenCL device of this machine; empty where there is none.
+/// Every OpenCL device of this machine, those in trouble included; empty where there is none.
 CLERESTORY_API std::vector<DeviceInfo> list_devices();
 
 /// The device that these options choose, without opening it. Throws DeviceError where there is none, UsageError for a

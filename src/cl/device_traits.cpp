@@ -1,5 +1,7 @@
 #include "cl/device_traits.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 
@@ -17,7 +19,7 @@ constexpr std::size_t MOST_SCAN_LANES = 256;
 ActAs act_as_by_name(const std::string& name) {
     if (name == "accelerator") return ActAs::accelerator;
     if (name == "flushing-accelerator") return ActAs::flushing_accelerator;
-    throw UsageError("--act-as " + name + ": it is accelerator or flushing-accelerator");
+    throw UsageError(fmt::format("--act-as {}: it is accelerator or flushing-accelerator", name));
 }
 
 DeviceTraits traits_of(const cl::Device& device, const DeviceInfo& info, ActAs act_as) {

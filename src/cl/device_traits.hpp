@@ -27,7 +27,6 @@ struct DeviceTraits {
     bool clang_builtins = false;    ///< clang's own functions become instructions: kernels/inline.clh
     bool streaming_stores = false;  ///< stores past the caches pay
     std::size_t local_bytes = 0;    ///< local memory of a group
-    std::size_t group_private_bytes = 0;  ///< most private memory of a whole group; 0: no bound is known
 };
 
 /// The traits of `device`, or those of another kind of device that it is to be treated as.

@@ -97,12 +97,18 @@ class Kernel {
         guarded([&] { kernel_ = cl::Kernel(program.handle(), name); });
         const std::array<std::string, sizeof...(Args)> names = {detail::Argument<Args>::name()...};
         detail::check_arguments(kernel_, label_, names.data(), names.size());
+        guarded([&] { largest_group_ = kernel_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.handle()); });
+        if (device.work_group_asked() && device.work_group(1) > largest_group_) {
+            throw UsageError(fmt::format("--work-group {}: {} runs in groups of at most {} on this device",
+                                         device.work_group(1), label_, largest_group_));
+        }
     }
 
     /// Enqueues; returns the event of the run. Arguments are read before it returns.
     cl::Event operator()(Range range, const Args&... args) {
         cl::Event event;
         if (range.count == 0) return event;
+        range.group = std::min(range.group, largest_group_);
         guarded([&] {
             cl_uint index = 0;
             (detail::Argument<Args>::set(kernel_, index++, args), ...);
@@ -128,6 +134,7 @@ class Kernel {
     std::string label_;
     std::shared_ptr<KernelLog> log_;
     cl::Kernel kernel_;
+    std::size_t largest_group_ = 1;
 };
 
 }  // namespace clerestory

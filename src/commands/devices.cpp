@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -21,6 +22,7 @@ nlohmann::json to_json(const DeviceInfo& info) {
             {"cpu", info.is_cpu},
             {"fp64", info.has_fp64},
             {"compiler", info.has_compiler},
+            {"trouble", info.trouble.empty() ? nlohmann::json() : nlohmann::json(info.trouble)},
             {"compute_units", info.compute_units},
             {"max_work_group", info.max_work_group},
             {"memory_bytes", info.memory_bytes},
@@ -28,6 +30,11 @@ nlohmann::json to_json(const DeviceInfo& info) {
 }
 
 void print(const DeviceInfo& info) {
+    if (!info.trouble.empty()) {
+        fmt::print("{}  cannot be used: {}\n     platform  {}, {}\n", info.selector, info.trouble, info.platform,
+                   info.version);
+        return;
+    }
     fmt::print("{}  {} ({})\n", info.selector, info.name, info.is_cpu ? "CPU" : "accelerator");
     fmt::print("     platform  {}, {}\n", info.platform, info.version);
     fmt::print("     driver    {}\n", info.driver);
@@ -46,6 +53,10 @@ void run(const Common& common) {
         for (const auto& info : devices) print(info);
     }
     emit_json(common, report);
+    const auto trouble = [](const DeviceInfo& info) { return !info.trouble.empty(); };
+    if (!devices.empty() && std::all_of(devices.begin(), devices.end(), trouble)) {
+        throw DeviceError("no OpenCL device that works on this machine");
+    }
     if (devices.empty()) {
         throw DeviceError("no OpenCL device on this machine: install pocl-opencl-icd, or a driver of your GPU");
     }
