@@ -10,7 +10,8 @@ struct Drawing {
     std::string messages;  ///< what the script printed
 };
 
-/// Runs gnuplot without the user's own settings. Throws OutputError with its words where it is missing or fails.
+/// Runs gnuplot, the first in PATH's absolute folders, without the user's own settings. Throws OutputError with its
+/// words where it is missing or fails.
 Drawing run_gnuplot(const std::string& script);
 
 /// A gnuplot string that means what it says: single quotes, one line.

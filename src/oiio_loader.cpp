@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* MODULE = "clerestory_oiio.so";
 
+/// Where the module stands; its bare name where it does not.
 fs::path find_module() {
     for (const fs::path& folder : own_folders("modules")) {
         std::error_code error;
@@ -41,6 +42,8 @@ const oiio_abi::Functions& load_module(const fs::path& image, const fs::path& mo
                         "install it beside the program, or convert the image to EXR",
                         image.string(), module.string(), reason));
     };
+    // Any other name is looked for in places that do not belong to the program, the current folder among them.
+    if (!module.is_absolute()) throw fail("it is not there");
     static std::mutex mutex;
     const std::lock_guard lock(mutex);
     void* handle = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);

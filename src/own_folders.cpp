@@ -1,7 +1,10 @@
 #include "own_folders.hpp"
 
 #include <dlfcn.h>
+#include <link.h>
+#include <sys/auxv.h>
 
+#include <string>
 #include <system_error>
 
 namespace clerestory {
@@ -9,18 +12,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The folder of the file that holds this code: the shared library, or the program itself.
+/// The folder of the shared library that holds this code; none where it is part of the program itself, whose name here
+/// is only what its caller calls it: a bare word that leads to whatever the current folder holds.
 fs::path library_folder() {
     static const char here = 0;
     Dl_info info{};
-    if (dladdr(&here, &info) == 0 || info.dli_fname == nullptr) return {};
+    void* entry = nullptr;
+    if (dladdr1(&here, &info, &entry, RTLD_DL_LINKMAP) == 0 || entry == nullptr) return {};
+    const fs::path file = static_cast<const link_map*>(entry)->l_name;  // empty for the program
+    if (!file.is_absolute()) return {};
     std::error_code error;
-    return fs::canonical(info.dli_fname, error).parent_path();
+    return fs::canonical(file, error).parent_path();
 }
 
+/// The folder of the running program, as the kernel knows it: by /proc, or where that is not mounted by the path that
+/// was executed, if that leads there from anywhere.
 fs::path program_folder() {
     std::error_code error;
-    return fs::read_symlink("/proc/self/exe", error).parent_path();
+    if (const fs::path file = fs::read_symlink("/proc/self/exe", error); file.is_absolute()) return file.parent_path();
+    const auto executed = getauxval(AT_EXECFN);
+    const fs::path file = executed != 0 ? reinterpret_cast<const char*>(executed) : "";
+    return file.is_absolute() ? fs::canonical(file, error).parent_path() : fs::path();
 }
 
 }  // namespace

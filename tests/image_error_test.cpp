@@ -207,8 +207,12 @@ TEST_F(ImageErrors, AMissingOrForeignModuleIsSaid) {
     ReadOptions without;
     without.oiio_module = folder_.path() / "absent.so";
     EXPECT_THAT(refusal(pfm, without), HasSubstr("absent.so"));
-    without.oiio_module = "libm.so.6";
+    without.oiio_module = fs::path(CLERESTORY_BUILD_DIR) / "libclerestory.so";
     EXPECT_THAT(refusal(pfm, without), HasSubstr("it is not this program's module"));
+    for (const char* relative : {"clerestory_oiio.so", "./clerestory_oiio.so"}) {
+        without.oiio_module = relative;
+        EXPECT_THAT(refusal(pfm, without), HasSubstr("it is not there")) << "found only from some current folder";
+    }
 }
 
 TEST_F(ImageErrors, AHeaderIsReadOfExrOnly) {

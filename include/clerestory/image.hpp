@@ -62,7 +62,7 @@ struct ReadOptions {
     bool flip_y = false;  ///< the file's rows are stored bottom-up
     ReadLimits limits;
     std::filesystem::path
-        oiio_module;  ///< the module that reads what is not EXR; empty: beside the program or in its lib folder
+        oiio_module;  ///< absolute path of the module that reads what is not EXR; empty: where the program has it
     /// Called after rows [begin, end) of the map have their final values, in any order and from any thread but never
     /// two at a time; lets work on the map overlap its decoding.
     std::function<void(const RadianceMap& map, std::size_t begin, std::size_t end)> rows_ready;

@@ -17,9 +17,11 @@ namespace clerestory::commands {
 
 namespace {
 
+/// A folder that a variable names; one that depends on the current folder is none, because programs are run from it.
 std::filesystem::path folder_in(const char* variable) {
     const char* value = std::getenv(variable);
-    return value == nullptr ? "" : value;
+    std::filesystem::path folder = value == nullptr ? "" : value;
+    return folder.is_absolute() ? folder : std::filesystem::path();
 }
 
 /// Where built programs are kept: CLERESTORY_CACHE_DIR, else the user's own cache folder; nowhere without either.
