@@ -30,7 +30,8 @@ fs::path library_folder() {
 fs::path program_folder() {
     std::error_code error;
     if (const fs::path file = fs::read_symlink("/proc/self/exe", error); file.is_absolute()) return file.parent_path();
-    const auto executed = getauxval(AT_EXECFN);
+    const auto executed = getauxval(AT_EXECFN);  // an address, which the kernel hands over as a number
+    // NOLINTNEXTLINE(performance-no-int-to-ptr)
     const fs::path file = executed != 0 ? reinterpret_cast<const char*>(executed) : "";
     return file.is_absolute() ? fs::canonical(file, error).parent_path() : fs::path();
 }
