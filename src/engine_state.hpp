@@ -5,6 +5,7 @@
 
 #include "cl/device.hpp"
 #include "engine.hpp"
+#include "known_answers.hpp"
 #include "render.hpp"
 #include "samples.hpp"
 #include "scene.hpp"
@@ -29,7 +30,7 @@ struct Samples::State {
 
 struct Engine::State {
     explicit State(const DeviceOptions& options)
-        : device(std::make_shared<const Device>(options)), builder(*device), renderer(*device) {}
+        : device(std::make_shared<const Device>(open_device(options))), builder(*device), renderer(*device) {}
 
     std::shared_ptr<const Device> device;
     TableBuilder builder;

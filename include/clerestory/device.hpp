@@ -21,6 +21,8 @@ enum class ActAs {
 
 /// By its name at the command line: accelerator, flushing-accelerator. Throws UsageError.
 CLERESTORY_API ActAs act_as_by_name(const std::string& name);
+/// The name of one that is not `itself`.
+CLERESTORY_API std::string act_as_name(ActAs act_as);
 
 /// Which device to open and how much of it to use.
 struct DeviceOptions {

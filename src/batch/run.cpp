@@ -20,6 +20,7 @@
 #include "batch/resume.hpp"
 #include "clock.hpp"
 #include "error.hpp"
+#include "known_answers.hpp"
 #include "picture_file.hpp"
 
 namespace clerestory {
@@ -107,7 +108,7 @@ class Batch {
 
     bool open_device() {
         try {
-            device_.emplace(options_.device);
+            device_.emplace(clerestory::open_device(options_.device));
             builder_.emplace(*device_);
             renderer_.emplace(*device_);
             result_.device = device_->info().name;

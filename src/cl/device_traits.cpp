@@ -16,9 +16,14 @@ constexpr std::size_t MOST_SCAN_LANES = 256;
 
 }  // namespace
 
+std::string act_as_name(ActAs act_as) {
+    return act_as == ActAs::flushing_accelerator ? "flushing-accelerator" : "accelerator";
+}
+
 ActAs act_as_by_name(const std::string& name) {
-    if (name == "accelerator") return ActAs::accelerator;
-    if (name == "flushing-accelerator") return ActAs::flushing_accelerator;
+    for (const ActAs kind : {ActAs::accelerator, ActAs::flushing_accelerator}) {
+        if (name == act_as_name(kind)) return kind;
+    }
     throw UsageError(fmt::format("--act-as {}: it is accelerator or flushing-accelerator", name));
 }
 

@@ -2,7 +2,6 @@
 
 #include <exception>
 
-#include "cl/program_cache.hpp"
 #include "own_folders.hpp"
 
 namespace clerestory {

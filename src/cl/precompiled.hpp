@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "cl/program_cache.hpp"
+
 namespace clerestory {
 
 /// The binary of a program whose kernels were compiled when this copy of the tool was built (cmake/precompile.cmake);
@@ -24,6 +26,10 @@ class Precompilation {
     ~Precompilation();
 
     void add(std::string key, cl::Program program) { programs_.emplace_back(std::move(key), std::move(program)); }
+    /// What is no program and known already: what the device answered.
+    void add(const std::string& key, const std::vector<unsigned char>& bytes) const {
+        ProgramCache(folder_).store(key, bytes);
+    }
 
   private:
     std::filesystem::path folder_;

@@ -19,12 +19,6 @@ namespace {
 // -Werror is left to the tests: a driver's own new warning must not stop a user's render.
 constexpr const char* BUILD_OPTIONS = "-cl-std=CL1.2 -cl-kernel-arg-info";
 
-/// Options of every program on this device. See kernels/inline.clh.
-std::string device_options(const DeviceTraits& traits) {
-    return fmt::format("{} -DCLANG_BUILTINS={:d} -DSTREAMING_STORES={:d}", BUILD_OPTIONS, traits.clang_builtins,
-                       traits.streaming_stores);
-}
-
 /// The name in a line of the form `#include "name"`, else empty.
 std::string_view included_name(std::string_view line) {
     constexpr std::string_view lead = "#include \"";
@@ -63,11 +57,6 @@ std::string assembled_source(std::string_view file) {
 }
 
 namespace {
-
-/// All that decides a program's binary.
-std::string cache_key(const DeviceInfo& info, const std::string& source, const std::string& options) {
-    return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.platform, info.version, info.name, info.driver, options, source);
-}
 
 /// The program of a binary; nothing where the driver does not take it.
 std::optional<cl::Program> program_of(const Device& device, const std::vector<unsigned char>& binary,
@@ -122,10 +111,22 @@ cl::Program program_by_source(const Device& device, std::string_view file, const
 
 }  // namespace
 
+std::string build_options(const Device& device, const std::string& defines) {
+    const DeviceTraits& traits = device.traits();  // see kernels/inline.clh
+    return fmt::format("{} -DCLANG_BUILTINS={:d} -DSTREAMING_STORES={:d} {}", BUILD_OPTIONS, traits.clang_builtins,
+                       traits.streaming_stores, defines);
+}
+
+std::string program_key(const Device& device, const std::string& source, const std::string& defines) {
+    const DeviceInfo& info = device.info();
+    return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.platform, info.version, info.name, info.driver,
+                       build_options(device, defines), source);
+}
+
 Program::Program(const Device& device, std::string_view file, const std::string& defines) : file_(file) {
-    const std::string options = fmt::format("{} {}", device_options(device.traits()), defines);
+    const std::string options = build_options(device, defines);
     const std::string source = assembled_source(file);
-    const std::string key = cache_key(device.info(), source, options);
+    const std::string key = program_key(device, source, defines);
     auto found = program_by_binary(device, source, key, options);
     program_ = found ? std::move(*found) : program_by_source(device, file, source, key, options);
     if (device.precompilation()) device.precompilation()->add(key, program_);

@@ -23,6 +23,12 @@ class Program {
     cl::Program program_;
 };
 
+/// The options that a program with these defines is built with on `device`.
+std::string build_options(const Device& device, const std::string& defines);
+
+/// All that decides what a program of `source` does on `device`: what caches know it by.
+std::string program_key(const Device& device, const std::string& source, const std::string& defines);
+
 /// The source of `file` with its includes in place, each piece led by a #line of its own file.
 std::string assembled_source(std::string_view file);
 

@@ -241,7 +241,7 @@ void run(const BatchCommand& command) {
     const Plan plan = make_plan(read_job_file(command.file, command.common.seed), command.folder);
     const std::span<const Job> jobs = jobs_of_shard(plan, shard);
     constexpr double GIGABYTE = 1e9;
-    const BatchOptions options{command.common.device, command.resume,
+    const BatchOptions options{device_options(command.common), command.resume,
                                static_cast<std::size_t>(command.memory_gb * GIGABYTE)};
     if (command.dry_run) return list_plan(command, plan, shard, jobs, options);
     if (shard.count > 1)

@@ -5,39 +5,20 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "atomic_file.hpp"
 #include "clock.hpp"
+#include "commands/caches.hpp"
 #include "error.hpp"
+#include "known_answers.hpp"
 
 namespace clerestory::commands {
 
-namespace {
-
-/// A folder that a variable names; one that depends on the current folder is none, because programs are run from it.
-std::filesystem::path folder_in(const char* variable) {
-    const char* value = std::getenv(variable);
-    std::filesystem::path folder = value == nullptr ? "" : value;
-    return folder.is_absolute() ? folder : std::filesystem::path();
-}
-
-/// Where built programs are kept: CLERESTORY_CACHE_DIR, else the user's own cache folder; nowhere without either.
-std::filesystem::path program_cache_folder() {
-    if (auto own = folder_in("CLERESTORY_CACHE_DIR"); !own.empty()) return own;
-    if (auto cache = folder_in("XDG_CACHE_HOME"); !cache.empty()) return cache / "clerestory";
-    if (auto home = folder_in("HOME"); !home.empty()) return home / ".cache" / "clerestory";
-    return {};
-}
-
-}  // namespace
-
 void add_common(CLI::App& command, Common& common, const std::string& example) {
     const char* group = "Every command";
-    common.device.program_cache = program_cache_folder();
-    common.device.precompile_into = folder_in("CLERESTORY_PRECOMPILE_DIR");  // see cmake/precompile.cmake
+    common.device.precompile_into = folder_named_by("CLERESTORY_PRECOMPILE_DIR");  // see cmake/precompile.cmake
     command.add_option("--json", common.json, "Write a JSON report to FILE, or to stdout with -")
         ->type_name("FILE|-")
         ->group(group);
@@ -59,6 +40,7 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
     command
         .add_option_function<std::string>(
             "--act-as", [&common](const std::string& name) { common.device.act_as = act_as_by_name(name); })
+        ->take_last()
         ->group("");
     command.add_option("--seed", common.seed, "Seed of every random number; the same seed gives the same bits")
         ->type_name("N")
@@ -66,6 +48,16 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
         ->group(group);
     command.footer("\nExample:\n" + example);
 }
+
+DeviceOptions device_options(const Common& common) {
+    const Caches& caches = prepare_caches();
+    if (!caches.trouble.empty()) warn(common, caches.trouble);
+    DeviceOptions options = common.device;
+    options.program_cache = caches.programs;
+    return options;
+}
+
+Device open_device(const Common& common) { return clerestory::open_device(device_options(common)); }
 
 void emit_json(const Common& common, const nlohmann::json& report) {
     if (common.json.empty()) return;

@@ -22,6 +22,11 @@ struct Common {
 /// Adds --json, -q, -v, --device, --threads, --work-group and --seed, and `example` at the end of the help text.
 void add_common(CLI::App& command, Common& common, const std::string& example);
 
+/// The device that these flags choose, opened with caches that can be written. Throws as clerestory::open_device.
+Device open_device(const Common& common);
+/// The same options for whoever opens the device; warns where caches are not where they are looked for.
+DeviceOptions device_options(const Common& common);
+
 /// Writes the report where --json says, whole or not at all; nothing without --json.
 void emit_json(const Common& common, const nlohmann::json& report);
 

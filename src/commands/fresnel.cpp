@@ -74,7 +74,7 @@ void run(const Options& options) {
     check(options.media);
     auto angles = chosen_angles(options);
     const Stopwatch watch;
-    const Device device(options.common.device);
+    const Device device = open_device(options.common);
     detail(options.common, fmt::format("device {}, {} arithmetic", device.info().name,
                                        device.info().has_fp64 ? "double" : "pairs of floats"));
     const auto curves = fresnel_curves(device, options.media, std::move(angles));

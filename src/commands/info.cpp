@@ -125,7 +125,7 @@ void run(const InfoOptions& options) {
     nlohmann::json report = map_report(options, map, facts);
     const bool usable = facts.bad() == 0 || options.map.bad_texels == "zero";
     if (usable) {
-        Engine engine(options.common.device);
+        Engine engine(device_options(options.common));
         const Environment environment = make_environment(engine, std::move(map), options.map, options.common);
         report["device"] = engine.device().name;
         add_table_facts(report, environment, engine.measure_tables(environment));

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "clerestory/version.hpp"
+#include "commands/caches.hpp"
 #include "commands/commands.hpp"
 #include "device.hpp"
 #include "error.hpp"
@@ -14,6 +15,7 @@ namespace {
 std::string version_text() {
     const BuildInfo& build = build_info();
     std::string device;
+    prepare_caches();
     try {
         const DeviceInfo info = chosen_device();
         device = fmt::format("{} ({}), driver {}", info.name, info.version, info.driver);

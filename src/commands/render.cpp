@@ -156,7 +156,7 @@ void run(RenderCommand command) {
     const Stopwatch total;
     Stopwatch watch;
     SceneLoader loader = load_scene(command.map, table_arithmetic_by_name(command.draw.table_arithmetic));
-    const Device device(command.common.device);
+    const Device device = open_device(command.common);
     TableBuilder builder(device);
     nlohmann::json before = {{"device", watch.lap()}};
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);

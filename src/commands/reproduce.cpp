@@ -77,7 +77,7 @@ nlohmann::json provenance(const ReproduceCommand& command, const Scene& scene, c
 void run(const ReproduceCommand& command) {
     const Stopwatch total;
     SceneLoader loader = load_scene(command.map);
-    const Device device(command.common.device);
+    const Device device = open_device(command.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);
     FigureOptions options = command.figures;

@@ -81,7 +81,7 @@ nlohmann::json write_set(const SampleOptions& options, const Scene& scene, Sampl
 
 void run(const SampleOptions& options) {
     SceneLoader loader = load_scene(options.map, table_arithmetic_by_name(options.draw.table_arithmetic));
-    const Device device(options.common.device);
+    const Device device = open_device(options.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, options.map, options.common);
     Sampler sampler(device, scene->device_map(), scene->distribution(),

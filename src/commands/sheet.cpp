@@ -32,7 +32,7 @@ void run(const SheetCommand& command) {
     }
     const Stopwatch total;
     SceneLoader loader = load_scene(command.map);
-    const Device device(command.common.device);
+    const Device device = open_device(command.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);
     SheetOptions options = command.sheet;

@@ -76,7 +76,7 @@ void write_all(const StudyCommand& command, const nlohmann::json& report, const 
 void run(const StudyCommand& command) {
     const Stopwatch total;
     SceneLoader loader = load_scene(command.map);
-    const Device device(command.common.device);
+    const Device device = open_device(command.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);
     if (scene->distribution().black()) {
