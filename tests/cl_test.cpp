@@ -88,11 +88,12 @@ TEST_F(Cl, AnUnknownSourceIsNamed) {
     EXPECT_THAT(device_error([&] { Program(device_, "no_such_file.cl"); }), HasSubstr("no_such_file.cl"));
 }
 
-/// A define that cannot compile shows in an included file: the message names that file and its own line.
+/// A define that cannot compile shows in an included file: the message names that file and its own line, unless the
+/// driver puts a name of its own (NVIDIA's does) in the place of what #line says.
 TEST_F(Cl, ABuildErrorNamesTheKernelsFileAndLine) {
     const std::string error = device_error([&] { Program(device_, "stage4_shade.cl", "-DPIXELS_WIDE=5"); });
     EXPECT_THAT(error, HasSubstr("building kernels/stage4_shade.cl on "));
-    EXPECT_THAT(error, testing::ContainsRegex("kernels/(pixels.clh|stage4_shade.cl):[0-9]+:[0-9]+"));
+    EXPECT_THAT(error, testing::ContainsRegex("(kernels/(pixels.clh|stage4_shade.cl)|<kernel>):[0-9]+:[0-9]+"));
 }
 
 TEST_F(Cl, ABufferBeyondTheDeviceIsRefusedWithItsNameAndSize) {
@@ -154,12 +155,16 @@ TEST(ClDevice, BadSelectorsAreUsageErrorsAndAbsentDevicesDeviceErrors) {
 }
 
 TEST(ClDevice, WorkGroupsStayWithinTheDevice) {
-    const Device own;
+    const TestDevice own;
     EXPECT_EQ(own.work_group(64), 64U);
     EXPECT_EQ(own.work_group(std::numeric_limits<std::size_t>::max()), own.info().max_work_group);
     EXPECT_THROW(TestDevice(DeviceOptions{"", 0, own.info().max_work_group + 1}), UsageError);
     EXPECT_EQ(TestDevice(DeviceOptions{"", 0, 3}).work_group(64), 3U);
-    EXPECT_EQ(TestDevice(DeviceOptions{"", 1, 0}).info().compute_units, 1U);
+    if (threads_where_possible(1) == 0) {
+        EXPECT_THROW(TestDevice(DeviceOptions{"", 1, 0}), DeviceError);
+    } else {
+        EXPECT_EQ(TestDevice(DeviceOptions{"", 1, 0}).info().compute_units, 1U);
+    }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "test_device.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -21,6 +22,14 @@ DeviceOptions test_options(DeviceOptions options) {
     const std::string kind = variable(ACT_AS);
     if (!kind.empty() && options.act_as == ActAs::itself) options.act_as = act_as_by_name(kind);
     return options;
+}
+
+unsigned threads_where_possible(unsigned threads) {
+    static const bool in_parts = [] {
+        const auto ways = TestDevice().handle().getInfo<CL_DEVICE_PARTITION_PROPERTIES>();
+        return std::find(ways.begin(), ways.end(), CL_DEVICE_PARTITION_BY_COUNTS) != ways.end();
+    }();
+    return in_parts ? threads : 0;
 }
 
 std::vector<std::string> test_flags() {

@@ -13,6 +13,9 @@ DeviceOptions test_options(DeviceOptions options = {});
 /// The flags by which the program is told the same; empty where the environment asks for nothing.
 std::vector<std::string> test_flags();
 
+/// So many compute units where the device can be used in part, else 0: all of it.
+unsigned threads_where_possible(unsigned threads);
+
 /// A Device of test_options.
 class TestDevice : public Device {
   public:
