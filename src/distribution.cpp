@@ -57,10 +57,10 @@ DeviceMap::DeviceMap(const Device& device, const RadianceMap& map)
     if (!device.traits().denormals) refuse_denormals(device, map);
 }
 
-namespace {
-
 using Ulongs = Buffer<cl_ulong>;
 using Ints = Buffer<cl_int>;
+
+// Parts of TableBuilder::State, which no unnamed namespace may hold where several files are compiled as one.
 
 /// What joins chunks to rows, whoever weighed them.
 struct JoinKernels {
@@ -133,8 +133,6 @@ struct GroupKernels {
         finish_marginal(device.thin(height), shares, lit, h, marginal);
     }
 };
-
-}  // namespace
 
 struct TableBuilder::State {
     explicit State(const Device& opened) : device(opened) {

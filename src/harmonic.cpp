@@ -220,6 +220,10 @@ std::string defines(const DeviceTraits& traits) {
                        traits.simd_width, HARMONIC_REGISTERS, ROWS_PER_ITEM, light_registers(traits));
 }
 
+}  // namespace
+
+// Parts of HarmonicShader::State, which no unnamed namespace may hold where several files are compiled as one.
+
 /// Kernels that read the map where work-items are fat, each a row or more of them.
 struct FatProjection {
     FatProjection(const Device& device, const Program& program)
@@ -245,6 +249,8 @@ struct StepProjection {
     Kernel<Floats, cl_uint, cl_float, cl_float, cl_uint, Uints, Uints, Floats> collect_lights;
     Kernel<Floats, cl_uint, cl_uint, cl_float, cl_float, Floats, cl_uint, Floats, Floats> sum_rows;
 };
+
+namespace {
 
 /// Texels that exceed the lights' threshold, in the map's order, and by how much.
 struct Excess {

@@ -160,7 +160,7 @@ TEST(ClDevice, WorkGroupsStayWithinTheDevice) {
     EXPECT_EQ(own.work_group(std::numeric_limits<std::size_t>::max()), own.info().max_work_group);
     EXPECT_THROW(TestDevice(DeviceOptions{"", 0, own.info().max_work_group + 1}), UsageError);
     EXPECT_EQ(TestDevice(DeviceOptions{"", 0, 3}).work_group(64), 3U);
-    if (threads_where_possible(1) == 0) {
+    if (test::threads_where_possible(1) == 0) {
         EXPECT_THROW(TestDevice(DeviceOptions{"", 1, 0}), DeviceError);
     } else {
         EXPECT_EQ(TestDevice(DeviceOptions{"", 1, 0}).info().compute_units, 1U);

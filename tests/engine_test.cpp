@@ -12,6 +12,7 @@
 
 #include "clerestory/clerestory.hpp"
 #include "run_program.hpp"
+#include "test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -32,7 +33,7 @@ RadianceMap constant(std::size_t width, std::size_t height, float value) {
 }
 
 TEST(Engine, AConstantMapHasItsIntegralAndLightsEveryPixelAlike) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment environment = engine.environment(constant(8, 4, 2));
     EXPECT_NEAR(environment.phi(), 2 * 4 * std::numbers::pi, 1e-5);
     EXPECT_FALSE(environment.black());
@@ -46,7 +47,7 @@ TEST(Engine, AConstantMapHasItsIntegralAndLightsEveryPixelAlike) {
 }
 
 TEST(Engine, RecordsEstimateTheMapsIntegral) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment environment = engine.environment(ramp(32, 16));
     const Samples samples = engine.draw(environment, 4096, {.sequence = Sequence::sobol});
     EXPECT_EQ(samples.count(), 4096U);
@@ -62,7 +63,7 @@ TEST(Engine, RecordsEstimateTheMapsIntegral) {
 }
 
 TEST(Engine, SetsOfDifferentOptionsDoNotMix) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment first = engine.environment(ramp(32, 16));
     const Environment second = engine.environment(constant(16, 8, 1));
     const auto texels = [&](const Environment& environment, std::uint64_t seed) {
@@ -83,7 +84,7 @@ TEST(Engine, SetsOfDifferentOptionsDoNotMix) {
 TEST(Engine, WhatItMadeOutlivesIt) {
     std::optional<Samples> samples;
     {
-        Engine engine;
+        Engine engine(test::test_options());
         samples = engine.draw(engine.environment(ramp(16, 8)), 16);
     }
     EXPECT_EQ(samples->records().size(), 16U);
@@ -91,7 +92,7 @@ TEST(Engine, WhatItMadeOutlivesIt) {
 
 TEST(Engine, ThePictureIsThatOfTheProgram) {
     const test::TempFolder folder;
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment environment = engine.environment(read_map(bundled_map("sunset")));
     RenderOptions options;
     options.samples = 64;
@@ -109,7 +110,7 @@ TEST(Engine, ThePictureIsThatOfTheProgram) {
 }
 
 TEST(Engine, PreviewsFollowTheToneCurve) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment environment = engine.environment(constant(16, 8, 0.25F));
     const Rendered picture = engine.render(environment, {.estimator = Estimator::exact, .size = 5});
     const auto bytes = engine.preview(picture, {.exposure = 2, .gamma = 1});
@@ -120,7 +121,7 @@ TEST(Engine, PreviewsFollowTheToneCurve) {
 }
 
 TEST(Engine, MarksAreGreenWhereSamplesLie) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment environment = engine.environment(constant(64, 32, 0.5F));
     const Samples samples = engine.draw(environment, 4);
     const auto bytes = engine.marked_map(environment, samples);
@@ -132,7 +133,7 @@ TEST(Engine, MarksAreGreenWhereSamplesLie) {
 }
 
 TEST(Engine, ATargetIsReached) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment environment = engine.environment(ramp(64, 32));
     RenderOptions asked;
     asked.size = 33;
@@ -144,14 +145,14 @@ TEST(Engine, ATargetIsReached) {
 }
 
 TEST(Engine, TablesOfAnEvenMapLoseNothingInFloat32) {
-    Engine engine;
+    Engine engine(test::test_options());
     const TableFacts facts = engine.measure_tables(engine.environment(constant(64, 32, 1)));
     EXPECT_EQ(facts.undrawable_f32, 0U);
     EXPECT_GT(facts.build_seconds, 0);
 }
 
 TEST(Engine, BadTexelsAreRefusedOrBlackened) {
-    Engine engine;
+    Engine engine(test::test_options());
     const auto broken = [] {
         RadianceMap map = ramp(8, 4);
         map.rgb[30] = std::nanf("");
@@ -164,7 +165,7 @@ TEST(Engine, BadTexelsAreRefusedOrBlackened) {
 }
 
 TEST(Engine, WhatCannotBeDoneIsSaid) {
-    Engine engine;
+    Engine engine(test::test_options());
     const Environment black = engine.environment(constant(4, 2, 0));
     EXPECT_TRUE(black.black());
     EXPECT_THROW(engine.draw(black, 4), InputError);

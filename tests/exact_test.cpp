@@ -350,7 +350,7 @@ TEST(Exact, BitsAreTheSameForAnyWorkGroupAndThreads) {
         return exact_irradiance(device, map, 77, SphereView(device, 33)).irradiance;
     };
     const auto expected = run({});
-    EXPECT_EQ(run({.selector = "", .threads = threads_where_possible(1), .work_group = 0}), expected);
+    EXPECT_EQ(run({.selector = "", .threads = test::threads_where_possible(1), .work_group = 0}), expected);
     EXPECT_EQ(run({.selector = "", .threads = 0, .work_group = 1}), expected);
     EXPECT_EQ(run({.selector = "", .threads = 0, .work_group = 48}), expected);
 }

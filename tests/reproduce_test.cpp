@@ -18,6 +18,7 @@
 #include "reproduce/turned_map.hpp"
 #include "run_program.hpp"
 #include "svg_plot.hpp"
+#include "test_device.hpp"
 
 namespace clerestory::test {
 namespace {
@@ -83,8 +84,10 @@ json ReproduceRun::report_;
 int run_in_shell(const std::string& command, const std::filesystem::path& folder) {
     const std::string name = "clerestory ";
     EXPECT_EQ(command.rfind(name, 0), 0U) << command;
-    const std::string line = "cd " + shell_word(folder.string()) + " && " + shell_word(CLERESTORY_PROGRAM) + " " +
-                             command.substr(name.size()) + " >/dev/null 2>&1";
+    std::string line = "cd " + shell_word(folder.string()) + " && " + shell_word(CLERESTORY_PROGRAM) + " " +
+                       command.substr(name.size());
+    for (const std::string& flag : test_flags()) line.append(" ").append(shell_word(flag));
+    line += " >/dev/null 2>&1";
     return std::system(line.c_str());
 }
 
