@@ -4,6 +4,7 @@ set -euo pipefail
 usage() {
     cat <<'END'
 scripts/check_devices.sh [--keep FOLDER] [-o FILE]
+scripts/check_devices.sh --from FOLDER [-o FILE]
 
 Builds the committed tree in minimal systems of Debian 12 and 13, runs the kernels' tests, samples, pictures and timings there on every OpenCL
 runtime that can be had, and writes a table. Runtimes: PoCL and Mesa's rusticl of both suites, PoCL laid out as for an accelerator, Intel's CPU
@@ -11,17 +12,19 @@ runtime and PoCL 3.0 from PyPI. Root or sudo, the network, 8 GB in $TMPDIR, and 
 so. Fails itself where PoCL or Intel's runtime fails a test.
 
   --keep FOLDER  base systems, packages and what each runtime said stay there, the first two for the next run
+  --from FOLDER  tries nothing: the table of what --keep left there, for other words about it
   -o FILE        the table, Markdown (default: stdout)
 
 Example: scripts/check_devices.sh --keep /var/tmp/fresh -o docs/devices.md
 END
 }
-keep="" table=/dev/stdout
+keep="" from="" table=/dev/stdout
 arguments=("$@")
 while [ $# -gt 0 ]; do
     case $1 in
         --help) usage; exit 0 ;;
         --keep) keep=$(realpath -m -- "${2:?--keep: which folder?}"); shift ;;
+        --from) from=$(realpath -e -- "${2:?--from: which folder?}"); shift ;;
         -o) table=$(realpath -m -- "${2:?-o: which file?}"); shift ;;
         *) echo "$1: no such flag; scripts/check_devices.sh --help says more" >&2; exit 2 ;;
     esac
@@ -36,11 +39,14 @@ trap 'remove_systems; rm -rf "$work"' EXIT
 tree=/srv/tree results=$work/results
 mkdir "$results"
 
-# pypi SYSTEM FOLDER PACKAGE: what pip installs, in a virtual environment that is moved into the system.
+# pypi FOLDER PACKAGE...: what pip installs, in a virtual environment that is moved into the system; not its OpenCL loader.
 pypi() {
-    python3 -m venv "$work/$3" 2>/dev/null || { install_missing python3-venv; python3 -m venv "$work/$3"; }
-    "$work/$3/bin/python" -m pip install -q --disable-pip-version-check "$3"
-    mv "$work/$3" "$1$2"
+    local folder=$1
+    shift
+    python3 -m venv "$work/venv" 2>/dev/null || { install_missing python3-venv; python3 -m venv "$work/venv"; }
+    "$work/venv/bin/python" -m pip install -q --disable-pip-version-check "$@"
+    rm -f "$work/venv/lib"/libOpenCL.so*
+    mv "$work/venv" "$system$folder"
 }
 
 # builds SUITE [PACKAGE...]: a minimal system with the tree, built.
@@ -80,19 +86,35 @@ tries() {
 # The path of the driver's library that a package's .icd file names.
 icd_of() { cat "$system/etc/OpenCL/vendors/$1"; }
 
-builds bookworm mesa-opencl-icd
-bookworm=$system
-pypi "$system" /opt/intel intel-opencl-rt
-pypi "$system" /opt/pocl pocl-binary-distribution
-tries pocl-bookworm "$(icd_of pocl.icd)"
-tries pocl-bookworm-as-accelerator "$(icd_of pocl.icd)" -- --act-as accelerator
-tries intel /opt/intel/lib/libintelocl.so LD_LIBRARY_PATH=/opt/intel/lib
-tries pocl-pypi "$(cd "$system" && find opt/pocl -name 'libpocl*.so' | sed 's|^|/|' | head -n 1)"
-tries rusticl-bookworm "$(icd_of rusticl.icd)" RUSTICL_ENABLE=llvmpipe
-builds trixie mesa-opencl-icd
-tries pocl-trixie "$(icd_of pocl.icd)"
-tries rusticl-trixie "$(icd_of rusticl.icd)" RUSTICL_ENABLE=llvmpipe
-system=$bookworm
+try_all() {
+    builds bookworm mesa-opencl-icd
+    bookworm=$system
+    pypi /opt/intel intel-opencl-rt intel-cmplr-lib-rt
+    pypi /opt/pocl pocl-binary-distribution
+    tries pocl-bookworm "$(icd_of pocl.icd)"
+    tries pocl-bookworm-as-accelerator "$(icd_of pocl.icd)" -- --act-as accelerator
+    tries intel /opt/intel/lib/libintelocl.so LD_LIBRARY_PATH=/opt/intel/lib
+    tries pocl-pypi "$(cd "$system" && find opt/pocl -name 'libpocl*.so' | sed 's|^|/|' | head -n 1)"
+    tries rusticl-bookworm "$(icd_of rusticl.icd)" RUSTICL_ENABLE=llvmpipe
+    builds trixie mesa-opencl-icd
+    tries pocl-trixie "$(icd_of pocl.icd)"
+    tries rusticl-trixie "$(icd_of rusticl.icd)" RUSTICL_ENABLE=llvmpipe
+    system=$bookworm
+}
+
+# relative_rmse A B: of two pictures, as `compare` prints it.
+if [ -n "$from" ]; then
+    results=$from/devices
+    build release clerestory
+    relative_rmse() { "$builds/release/clerestory" compare "$1" "$2" | sed -nE 's/^rel rmse +//p'; }
+else
+    try_all
+    relative_rmse() {
+        cp "$1" "$system/srv/a.exr"
+        cp "$2" "$system/srv/b.exr"
+        in_system "$system" "$tree/${builds#./}/release/clerestory" compare /srv/a.exr /srv/b.exr | sed -nE 's/^rel rmse +//p'
+    }
+fi
 
 # value FILE KEY: of the first line `"KEY": value` of a JSON file; nothing where it has none.
 value() { sed -nE "s/^ *\"$2\": \"?([^\",]*)\"?,?$/\1/p;" "$1" 2>/dev/null | head -n 1; }
@@ -120,9 +142,7 @@ worst_picture() {
     local picture worst=0 error count=0
     for picture in "$results"/pocl-bookworm/*.exr; do
         [ -e "$results/$1/${picture##*/}" ] || continue
-        cp "$picture" "$system/srv/a.exr"
-        cp "$results/$1/${picture##*/}" "$system/srv/b.exr"
-        error=$(in_system "$system" "$tree/${builds#./}/release/clerestory" compare /srv/a.exr /srv/b.exr | sed -nE 's/^rel rmse +//p')
+        error=$(relative_rmse "$results/$1/${picture##*/}" "$picture")
         worst=$(echo "$worst $error" | awk '{ print ($2 > $1 ? $2 : $1) }')
         count=$((count + 1))
     done
