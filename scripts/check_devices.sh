@@ -13,7 +13,7 @@ so. Fails itself where PoCL or Intel's runtime fails a test.
 
   --keep FOLDER  base systems, packages and what each runtime said stay there, the first two for the next run
   --from FOLDER  tries nothing: the table of what --keep left there, for other words about it
-  -o FILE        the table, Markdown (default: stdout)
+  -o FILE        the table, Markdown, in the place of the last one in it (default: stdout)
 
 Example: scripts/check_devices.sh --keep /var/tmp/fresh -o docs/devices.md
 END
@@ -181,7 +181,9 @@ row() {
     echo
     cat "$work/table.md"
 } >"$work/page.md"
-cat "$work/page.md" >"$table"
+# What a page says before its table stays.
+if [ -f "$table" ]; then sed '/^Made by /,$d' "$table" >"$work/before.md"; else : >"$work/before.md"; fi
+cat "$work/before.md" "$work/page.md" >"$table"
 for name in pocl-bookworm pocl-bookworm-as-accelerator pocl-trixie intel; do
     if [ "$(cat "$results/$name/tests.status")" -ne 0 ]; then
         echo "$name: $(sed -nE 's/^\[  FAILED  \] (.*) \([0-9]+ ms\)$/\1/p' "$results/$name/tests.txt" | sort -u | tr '\n' ' ')" >&2

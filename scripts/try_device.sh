@@ -18,7 +18,7 @@ run "$program" devices "${flags[@]}" --json "$out/devices.json" >"$out/devices.t
 echo "$?" >"$out/devices.status"
 filter='Tiny*:*Stage1*:*Stage2*:*Stage3*:*Stage4*:Lights*:*Exact*:*Harmonic*:Golden*:*LatLong*:DisplayTest*:Cl*:*Sequence*:Fresnel*'
 filter+='-SequenceError*:FresnelCommand*:TableArithmetic*'
-timeout 900 "$build/tests/clerestory_tests" --gtest_filter="$filter" >"$out/tests.txt" 2>&1
+timeout 1800 "$build/tests/clerestory_tests" --gtest_filter="$filter" >"$out/tests.txt" 2>&1
 echo "$?" >"$out/tests.status"
 for map in city interior sunset; do
     run "$program" sample "data/$map.exr" "${flags[@]}" -q -n 1024 -o "$out/$map" >"$out/sample.txt" 2>&1 && rm -f "$out/$map"/*.png

@@ -41,7 +41,7 @@ bool is_private(const fs::path& folder) {
 fs::path private_folder() {
     fs::path temporary = folder_named_by("TMPDIR");
     if (temporary.empty()) temporary = "/tmp";
-    const fs::path folder = temporary / fmt::format("clerestory-{}", geteuid());
+    fs::path folder = temporary / fmt::format("clerestory-{}", geteuid());
     if (mkdir(folder.c_str(), S_IRWXU) == 0 || is_private(folder)) return folder;
     std::string unique = (temporary / "clerestory-XXXXXX").string();
     return mkdtemp(unique.data()) != nullptr ? fs::path(unique) : fs::path();
