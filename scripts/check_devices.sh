@@ -159,13 +159,13 @@ verdict() {
 
 row() {
     local name=$1 title=$2 of=$results/$1
-    echo "| $title | $(value "$of/devices.json" version | cut -d ' ' -f 3- | sed 's/  .*//') | $(verdict "$name") | $(tests "$name") |" \
+    echo "| $title | $(value "$of/devices.json" driver) | $(verdict "$name") | $(tests "$name") |" \
         "$(same_bits "$name") | $(worst_picture "$name") | $(milliseconds "$of/shared.json" tables) | $(milliseconds "$of/shared.json" draw) |" \
         "$(milliseconds "$of/shared.json" shade) | $(milliseconds "$of/exact.json" shade) |"
 }
 
 {
-    echo "| runtime | version | \`devices\` | kernels' tests passed | tables and draws the same bits | pictures: worst relative RMSE | tables ms | draw ms | shade ms | exact ms |"
+    echo "| runtime | driver | \`devices\` | kernels' tests passed | tables and draws the same bits | pictures: worst relative RMSE | tables ms | draw ms | shade ms | exact ms |"
     echo "|---|---|---|---|---|---|---|---|---|---|"
     row pocl-bookworm "PoCL, Debian 12"
     row pocl-bookworm-as-accelerator "the same, laid out as for an accelerator"
