@@ -151,7 +151,7 @@ TEST_F(Command, UsageErrorsEndWithTwo) {
     EXPECT_EQ(run_program({"render", map_, "--gamma", "0"}).exit_code, 2);
     expect_failure({"render", map_, "-o", folder_.file("x.jpg")}, 2, ".exr or .png");
     expect_failure({"render", map_, "-o", folder_.file("x.png"), "-o", folder_.file("x.png")}, 2, "two results");
-    expect_failure({"render", map_, "--device", "first"}, 2, "--device");
+    expect_failure({"render", map_, "--json", "-", "--device", "first"}, 2, "--device");
 }
 
 TEST_F(Command, BadInputEndsWithThree) {

@@ -10,6 +10,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "digest.hpp"
 #include "error.hpp"
 #include "image_source.hpp"
+#include "output_check.hpp"
 
 namespace clerestory {
 namespace {
@@ -51,14 +53,18 @@ bool draws_samples(Estimator estimator) { return estimator == Estimator::shared 
 
 class Planner {
   public:
-    Planner(const JobFile& jobs, const fs::path& output_folder)
+    Planner(const JobFile& jobs, const fs::path& output_folder, std::span<const fs::path> reports)
         : jobs_(jobs),
           folder_(jobs.file.parent_path()),
-          output_folder_(output_folder.empty() ? folder_ : output_folder) {}
+          output_folder_(output_folder.empty() ? folder_ : output_folder) {
+        keep(jobs.file, "the job file");
+        for (const fs::path& report : reports) keep(report, "a report of this batch");
+    }
 
     Plan plan() {
         for (const JobEntry& entry : jobs_.jobs) add_entry(entry);
-        if (mistakes_.empty()) check_maps_are_kept();
+        for (const auto& [file, map] : maps_) keep(file, "a map of this batch");
+        if (mistakes_.empty()) check_files_are_kept();
         if (!mistakes_.empty()) throw InputError(fmt::format("{}", fmt::join(mistakes_, "\n")));
         Plan plan{jobs_.file, {}, sorted_jobs()};
         add_costs(plan.jobs);
@@ -132,7 +138,7 @@ class Planner {
         const RenderOptions& render = entry.recipe.render;
         PatternValues values;
         values.map = map.stem().string();
-        values.folder = map.parent_path().filename().string();
+        values.folder = folder_name(map);
         values.rotation = entry.rotations[frame];
         values.frame = frame;
         values.estimator = estimator_name(render.estimator);
@@ -145,9 +151,18 @@ class Planner {
         return values;
     }
 
+    /// The name of the folder that a map lies in, whatever part of its path was written; "." for the root.
+    static std::string folder_name(const fs::path& map) {
+        std::error_code error;
+        const std::string name = fs::absolute(map, error).lexically_normal().parent_path().filename().string();
+        return name.empty() ? "." : name;
+    }
+
     /// Whose output a file is; two jobs with the same one are a mistake.
     void claim(const std::string& output, std::size_t draft, const Place& place) {
-        const auto [found, fresh] = owners_.try_emplace(real_name(output), draft);
+        const auto identity = identity_of(output);
+        if (!identity) return;
+        const auto [found, fresh] = owners_.try_emplace(*identity, draft);
         if (fresh) return;
         const PatternValues& a = drafts_[found->second].values;
         const PatternValues& b = drafts_[draft].values;
@@ -172,23 +187,28 @@ class Planner {
                                 : "; give one of the jobs another name, or take it out";
     }
 
-    /// A name by which two paths to one file are equal, links in folders followed.
-    std::string real_name(const std::string& path) {
-        const fs::path folder = fs::path(path).parent_path();
-        auto [found, fresh] = real_folders_.try_emplace(folder.string());
-        if (fresh) {
-            std::error_code error;
-            found->second = fs::weakly_canonical(fs::absolute(folder, error), error).string();
-        }
-        return found->second + "/" + fs::path(path).filename().string();
+    /// As file_identity; for files that do not exist yet, which are most, it looks at each folder once.
+    std::optional<FileIdentity> identity_of(const fs::path& path) {
+        std::error_code error;
+        if (fs::symlink_status(path, error).type() != fs::file_type::not_found) return file_identity(path);
+        const auto [found, fresh] = folders_.try_emplace(path.parent_path().string());
+        if (fresh) found->second = folder_identity(path.parent_path());
+        std::optional<FileIdentity> identity = found->second;
+        if (identity) identity->name = (fs::path(identity->name) / path.filename()).string();
+        return identity;
     }
 
-    void check_maps_are_kept() {
-        for (const auto& [file, map] : maps_) {
-            const auto owner = owners_.find(real_name(file));
+    /// Notes a file that no picture may replace.
+    void keep(const fs::path& file, const char* what) {
+        if (const auto identity = file_identity(file)) kept_.try_emplace(*identity, file.string(), what);
+    }
+
+    void check_files_are_kept() {
+        for (const auto& [identity, file] : kept_) {
+            const auto owner = owners_.find(identity);
             if (owner == owners_.end()) continue;
             mistake(drafts_[owner->second].place,
-                    fmt::format("{} would be replaced by a picture, and it is a map of this batch", file));
+                    fmt::format("{} would be replaced by a picture, and it is {}", file.first, file.second));
         }
     }
 
@@ -280,8 +300,9 @@ class Planner {
     std::vector<std::string> mistakes_;
     std::vector<Draft> drafts_;
     std::map<std::string, std::shared_ptr<const PlannedMap>> maps_;
-    std::map<std::string, std::size_t> owners_;
-    std::map<std::string, std::string> real_folders_;
+    std::map<FileIdentity, std::size_t> owners_;
+    std::map<FileIdentity, std::pair<std::string, const char*>> kept_;
+    std::map<std::string, std::optional<FileIdentity>> folders_;
 };
 
 std::size_t count_in(std::string_view text) {
@@ -312,7 +333,9 @@ bool same_scene(const MapOptions& a, const MapOptions& b) {
     return a.file == b.file && a.flip_y == b.flip_y && a.luminance == b.luminance && a.bad_texels == b.bad_texels;
 }
 
-Plan make_plan(const JobFile& jobs, const fs::path& output_folder) { return Planner(jobs, output_folder).plan(); }
+Plan make_plan(const JobFile& jobs, const fs::path& output_folder, std::span<const fs::path> reports) {
+    return Planner(jobs, output_folder, reports).plan();
+}
 
 Shard shard_by_name(const std::string& name) {
     const std::size_t slash = std::min(name.find('/'), name.size());

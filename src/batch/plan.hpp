@@ -54,8 +54,10 @@ bool same_scene(const MapOptions& a, const MapOptions& b);
 
 /// Expands a job file: globs, lists and patterns. Paths start from the job file's folder, outputs from `output_folder`
 /// unless that is empty. Throws InputError with a line for every mistake: a map that no file matches, two jobs with one
-/// output, an output that would replace a map.
-Plan make_plan(const JobFile& jobs, const std::filesystem::path& output_folder);
+/// output, an output that would replace a map, the job file or one of `reports`, files that are written beside the
+/// pictures.
+Plan make_plan(const JobFile& jobs, const std::filesystem::path& output_folder,
+               std::span<const std::filesystem::path> reports = {});
 
 /// Part `number` (from 1) of `count`, as contiguous as the maps allow, with an equal share of the cost.
 struct Shard {

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <thread>
@@ -234,11 +235,21 @@ void summarise(const BatchCommand& command, const BatchResult& result) {
     }
 }
 
+/// The plan, once it is known that neither a picture nor a report will replace a file that is read.
+Plan checked_plan(const BatchCommand& command, const Shard& shard) {
+    const std::vector<fs::path> reports = {report_file(command, shard), command.common.json};
+    Plan plan = make_plan(read_job_file(command.file, command.common.seed), command.folder, reports);
+    std::set<fs::path> inputs = {command.file};
+    for (const Job& job : plan.jobs) inputs.insert(job.map->file);
+    check_files(command.common, {inputs.begin(), inputs.end()}, {report_file(command, shard)});
+    return plan;
+}
+
 void run(const BatchCommand& command) {
     keep_memory_flat();
     const SignalGuard signals;
     const Shard shard = command.shard.empty() ? shard_of_array_task() : shard_by_name(command.shard);
-    const Plan plan = make_plan(read_job_file(command.file, command.common.seed), command.folder);
+    const Plan plan = checked_plan(command, shard);
     const std::span<const Job> jobs = jobs_of_shard(plan, shard);
     constexpr double GIGABYTE = 1e9;
     const BatchOptions options{device_options(command.common), command.resume,

@@ -13,6 +13,7 @@
 #include "commands/caches.hpp"
 #include "error.hpp"
 #include "known_answers.hpp"
+#include "output_check.hpp"
 
 namespace clerestory::commands {
 
@@ -58,6 +59,12 @@ DeviceOptions device_options(const Common& common) {
 }
 
 Device open_device(const Common& common) { return clerestory::open_device(device_options(common)); }
+
+void check_files(const Common& common, const std::vector<std::filesystem::path>& inputs,
+                 std::vector<std::filesystem::path> outputs) {
+    outputs.emplace_back(common.json);
+    check_outputs(inputs, outputs);
+}
 
 void emit_json(const Common& common, const nlohmann::json& report) {
     if (common.json.empty()) return;

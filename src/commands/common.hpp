@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "cl/device.hpp"
 
@@ -26,6 +27,11 @@ void add_common(CLI::App& command, Common& common, const std::string& example);
 Device open_device(const Common& common);
 /// The same options for whoever opens the device; warns where caches are not where they are looked for.
 DeviceOptions device_options(const Common& common);
+
+/// Refuses --json, and other files that a command will write, where they would replace a file that it reads or one
+/// another: before any work. Throws UsageError.
+void check_files(const Common& common, const std::vector<std::filesystem::path>& inputs,
+                 std::vector<std::filesystem::path> outputs = {});
 
 /// Writes the report where --json says, whole or not at all; nothing without --json.
 void emit_json(const Common& common, const nlohmann::json& report);

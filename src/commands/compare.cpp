@@ -25,6 +25,7 @@ struct CompareOptions {
 nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
 
 void run(const CompareOptions& options) {
+    check_files(options.common, {options.picture, options.reference});
     const Comparison result = compare(read_picture(options.picture), read_picture(options.reference));
     const nlohmann::json report = {{"picture", options.picture},
                                    {"reference", options.reference},

@@ -71,6 +71,7 @@ void write_output(const std::string& output, const plot::Plot& plot, const Fresn
 
 void run(const Options& options) {
     for (const auto& output : options.outputs) check_suffix(output);
+    check_files(options.common, {}, {options.outputs.begin(), options.outputs.end()});
     check(options.media);
     auto angles = chosen_angles(options);
     const Stopwatch watch;

@@ -120,6 +120,7 @@ nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, co
 }
 
 void run(const InfoOptions& options) {
+    check_files(options.common, {map_file(options.map)});
     RadianceMap map = read_map_of(options.map);
     const MapFacts facts = inspect(map, luminance_of(options.map));
     nlohmann::json report = map_report(options, map, facts);

@@ -18,6 +18,7 @@ struct MergeCommand {
 };
 
 void run(const MergeCommand& command) {
+    check_files(command.common, {command.reports.begin(), command.reports.end()});
     const MergedReport merged = merge_reports({command.reports.begin(), command.reports.end()});
     emit_json(command.common, merged.report);
     const nlohmann::json& counts = merged.report["counts"];

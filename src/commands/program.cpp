@@ -26,6 +26,15 @@ std::string version_text() {
                        build.compiler, device);
 }
 
+/// A flag takes one argument, with commas where it is a list: what follows is the map, never a second value.
+void let_flags_take_one_argument(CLI::App& app) {
+    for (CLI::App* command : app.get_subcommands({})) {
+        for (CLI::Option* option : command->get_options()) {
+            if (!option->get_positional()) option->allow_extra_args(false);
+        }
+    }
+}
+
 }  // namespace
 
 void describe_program(CLI::App& app) {
@@ -49,6 +58,7 @@ void describe_program(CLI::App& app) {
     add_merge(app);
     add_devices(app);
     add_fresnel(app);
+    let_flags_take_one_argument(app);
 }
 
 }  // namespace clerestory::commands

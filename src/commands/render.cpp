@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,15 +51,27 @@ std::string output_name(const std::string& pattern, std::size_t count, bool seve
     return (path.parent_path() / (path.stem().string() + "_" + number + path.extension().string())).string();
 }
 
+/// The scene file of one count, beside the first picture.
+std::string scene_file(const RenderCommand& command, SceneFormat format, std::size_t count) {
+    std::filesystem::path first = command.outputs.empty() ? "sphere.exr" : command.outputs.front();
+    return output_name(first.replace_extension(scene_suffix(format)).string(), count, command.draw.counts.size() > 1);
+}
+
 void check_outputs(const RenderCommand& command) {
-    std::set<std::string> names;
-    for (const auto& pattern : command.outputs) {
-        check_picture_suffix(pattern);
-        for (const std::size_t count : command.draw.counts) {
-            const std::string name = output_name(pattern, count, command.draw.counts.size() > 1);
-            if (!names.insert(name).second) throw UsageError(fmt::format("two results would be written to {}", name));
+    if (command.outputs.empty() && command.exports.empty() && command.common.json.empty()) {
+        throw UsageError("nothing to write: name a picture with -o, such as -o sphere.exr, or a report with --json");
+    }
+    std::vector<std::filesystem::path> files;
+    for (const std::size_t count : command.draw.counts) {
+        for (const auto& pattern : command.outputs) {
+            check_picture_suffix(pattern);
+            files.emplace_back(output_name(pattern, count, command.draw.counts.size() > 1));
+        }
+        for (const auto& name : command.exports) {
+            files.emplace_back(scene_file(command, scene_format_by_name(name), count));
         }
     }
+    check_files(command.common, {map_file(command.map)}, std::move(files));
 }
 
 /// Every parameter of a picture, for its header and the report.
@@ -80,11 +91,9 @@ nlohmann::json write_scenes(const RenderCommand& command, const RenderOptions& o
                                          "this program does not; docs/interchange.md tells how to drop them",
                                          map_file(command.map).string()));
     }
-    const std::filesystem::path first = command.outputs.empty() ? "sphere.exr" : command.outputs.front();
     for (const std::string& name : command.exports) {
         const SceneFormat format = scene_format_by_name(name);
-        const std::string pattern = std::filesystem::path(first).replace_extension(scene_suffix(format)).string();
-        const std::string file = output_name(pattern, options.samples, command.draw.counts.size() > 1);
+        const std::string file = scene_file(command, format, options.samples);
         ExportedScene scene;
         scene.map = std::filesystem::absolute(map_file(command.map)).lexically_normal();
         scene.flip_y = command.map.flip_y;
@@ -217,7 +226,9 @@ void add_render(CLI::App& app) {
     command
         ->add_option("-o,--output", options->outputs,
                      "File to write, .exr or .png; may repeat; {samples} in it becomes the number of samples")
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->expected(1)
+        ->take_all();
     command
         ->add_option("--export", options->exports,
                      "Write also the scene that gives this picture in pbrt-v4 (.pbrt) or Mitsuba 3 (.xml), named as "

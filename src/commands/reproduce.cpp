@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "atomic_file.hpp"
 #include "clock.hpp"
@@ -74,7 +75,18 @@ nlohmann::json provenance(const ReproduceCommand& command, const Scene& scene, c
             {"gamma", command.figures.gamma}};
 }
 
+/// Refuses files that would be harmed, before any work.
+void check_files_of_figures(const ReproduceCommand& command) {
+    const std::filesystem::path folder(command.folder);
+    std::vector<std::filesystem::path> files = {folder / "report.json", folder / "index.html"};
+    for (const auto& id : figure_ids()) {
+        for (const char* ending : {".svg", ".png", ".csv", "_control.png"}) files.push_back(folder / (id + ending));
+    }
+    check_files(command.common, {map_file(command.map)}, std::move(files));
+}
+
 void run(const ReproduceCommand& command) {
+    check_files_of_figures(command);
     const Stopwatch total;
     SceneLoader loader = load_scene(command.map);
     const Device device = open_device(command.common);

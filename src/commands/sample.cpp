@@ -79,7 +79,19 @@ nlohmann::json write_set(const SampleOptions& options, const Scene& scene, Sampl
             {"seconds", seconds}};
 }
 
+/// Refuses files that would be harmed, before any work.
+void check_files_of_sets(const SampleOptions& options) {
+    std::vector<std::filesystem::path> files;
+    for (const std::size_t count : options.draw.counts) {
+        const std::filesystem::path folder(options.folder);
+        for (const char* suffix : {"csv", "png"}) files.push_back(folder / fmt::format("samples_{}.{}", count, suffix));
+        for (const auto& suffix : options.lights) files.push_back(folder / fmt::format("lights_{}.{}", count, suffix));
+    }
+    check_files(options.common, {map_file(options.map)}, std::move(files));
+}
+
 void run(const SampleOptions& options) {
+    check_files_of_sets(options);
     SceneLoader loader = load_scene(options.map, table_arithmetic_by_name(options.draw.table_arithmetic));
     const Device device = open_device(options.common);
     TableBuilder builder(device);

@@ -30,6 +30,7 @@ void run(const SheetCommand& command) {
     if (std::filesystem::path(command.file).extension() != ".png") {
         throw UsageError(fmt::format("{}: a contact sheet ends in .png", command.file));
     }
+    check_files(command.common, {map_file(command.map)}, {command.file});
     const Stopwatch total;
     SceneLoader loader = load_scene(command.map);
     const Device device = open_device(command.common);

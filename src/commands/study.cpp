@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "atomic_file.hpp"
 #include "clock.hpp"
@@ -74,6 +75,9 @@ void write_all(const StudyCommand& command, const nlohmann::json& report, const 
 }
 
 void run(const StudyCommand& command) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& name : study_files()) files.push_back(std::filesystem::path(command.folder) / name);
+    check_files(command.common, {map_file(command.map)}, std::move(files));
     const Stopwatch total;
     SceneLoader loader = load_scene(command.map);
     const Device device = open_device(command.common);

@@ -35,6 +35,12 @@ plot::Axis logarithmic(const std::string& title, const std::string& unit = "") {
 
 plot::Axis error_axis() { return logarithmic("relative RMSE", "%"); }
 
+constexpr const char* ERROR_TIME = "error_time";
+constexpr const char* ERROR_SAMPLES_SHARED = "error_samples_shared";
+constexpr const char* ERROR_SAMPLES_PER_PIXEL = "error_samples_per_pixel";
+constexpr const char* HARMONIC = "harmonic";
+constexpr const char* TABLE_ERROR_TIME = "table_error_time";
+
 /// Error against samples of one estimator: three sequences, plain and with a control variate.
 Plot samples_plot(const StudyMeasurements& measured, Estimator estimator, const std::string& name) {
     constexpr unsigned SHOWN_DEGREE = 8;
@@ -93,7 +99,7 @@ Plot time_plot(const StudyMeasurements& measured) {
                                      Family{"per-pixel, control variate", Estimator::per_pixel, true, Colour::green},
                                      Family{"harmonic", Estimator::harmonic, false, Colour::purple}};
     Plot plot;
-    plot.name = "error_time";
+    plot.name = ERROR_TIME;
     plot.title = "What each millisecond buys";
     plot.x = logarithmic("time of one picture", "ms");
     plot.y = error_axis();
@@ -129,7 +135,7 @@ Plot time_plot(const StudyMeasurements& measured) {
 /// Error of `harmonic` against its degree, for each number of lights.
 Plot harmonic_plot(const StudyMeasurements& measured) {
     Plot plot;
-    plot.name = "harmonic";
+    plot.name = HARMONIC;
     plot.title = "Spherical harmonics and the K brightest texels as lights";
     plot.x.title = "degree L";
     plot.x.min = 0;
@@ -157,7 +163,7 @@ Plot harmonic_plot(const StudyMeasurements& measured) {
 
 Plot table_plot(const StudyMeasurements& measured) {
     Plot plot;
-    plot.name = "table_error_time";
+    plot.name = TABLE_ERROR_TIME;
     plot.title = "Tables of the same map in four arithmetics";
     plot.x.title = "time to build";
     plot.x.unit = "ms";
@@ -180,11 +186,20 @@ Plot table_plot(const StudyMeasurements& measured) {
 }  // namespace
 
 std::vector<Plot> study_plots(const StudyMeasurements& measured) {
-    std::vector<Plot> plots = {time_plot(measured), samples_plot(measured, Estimator::shared, "error_samples_shared"),
-                               samples_plot(measured, Estimator::per_pixel, "error_samples_per_pixel"),
+    std::vector<Plot> plots = {time_plot(measured), samples_plot(measured, Estimator::shared, ERROR_SAMPLES_SHARED),
+                               samples_plot(measured, Estimator::per_pixel, ERROR_SAMPLES_PER_PIXEL),
                                harmonic_plot(measured), table_plot(measured)};
     std::erase_if(plots, [](const Plot& plot) { return plot.curves.empty(); });
     return plots;
+}
+
+std::vector<std::string> study_files() {
+    std::vector<std::string> files = {"study.csv", "study.json", "index.html"};
+    for (const char* plot :
+         {ERROR_TIME, ERROR_SAMPLES_SHARED, ERROR_SAMPLES_PER_PIXEL, HARMONIC, TABLE_ERROR_TIME, ERROR_MAPS}) {
+        files.push_back(std::string(plot) + ".svg");
+    }
+    return files;
 }
 
 std::string error_maps(Workbench& bench, const RenderOptions& base) {

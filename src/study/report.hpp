@@ -24,6 +24,9 @@ std::vector<plot::Plot> study_plots(const StudyMeasurements& measured);
 std::string error_maps(Workbench& bench, const RenderOptions& base);
 inline constexpr const char* ERROR_MAPS = "error_maps";
 
+/// Names of all files that a study may write.
+std::vector<std::string> study_files();
+
 /// The study's page, which needs no other file; its numbers are those of `report`, whose map, device and version it
 /// shows too.
 ///   pictures  SVG by file name without suffix
