@@ -1,10 +1,11 @@
-#include "exact.hpp"
+#include "shading/exact.hpp"
 
 #include <cmath>
 
 #include "harness.hpp"
 #include "reference/irradiance.hpp"
 #include "scenes.hpp"
+#include "shading/pixels.hpp"
 
 namespace clerestory::bench {
 namespace {
@@ -15,11 +16,11 @@ constexpr double FLOP_A_PAIR = 12;
 constexpr double TARGET = 0.6;
 
 /// One pixel against quadrature texel by texel.
-bool integral_right(const LitMap& lit, const SphereView& view, const Buffer<cl_float>& white) {
+bool integral_right(const LitMap& lit, const SphereView& view, const Buffer<cl_float>& unit_albedo_radiance) {
     constexpr double RESOLUTION = 1e-3;
     constexpr double TOLERANCE = 1e-5;
     const auto normal = view.normal.download();
-    const auto planes = white.download();
+    const auto planes = unit_albedo_radiance.download();
     const std::size_t at = view.count / 3;
     const auto irradiance = reference::irradiance(
         lit.map, 0, {normal[at], normal[view.stride + at], normal[2 * view.stride + at]}, RESOLUTION);
@@ -38,11 +39,12 @@ void exact(benchmark::State& state) {
     LitMap& lit = lit_map(Light::city, 1024, 512, cores);
     const Device& device = device_of(cores);
     const SphereView view(device, SIZE);
-    auto white = view.planes(device);
+    auto unit_albedo_radiance = view.planes(device);
     ExactIntegrator integrator(device);
-    const auto run = [&] { integrator.shade(lit.on_device, lit.distribution, 0, view, white); };
+    const auto run = [&] { integrator.shade(lit.on_device, lit.distribution, 0, view, unit_albedo_radiance); };
     run();
-    if (!check(state, integral_right(lit, view, white), "a pixel differs from reference::irradiance")) return;
+    if (!check(state, integral_right(lit, view, unit_albedo_radiance), "a pixel differs from reference::irradiance"))
+        return;
     Work work;
     work.cores = cores;
     work.items = static_cast<double>(view.count * lit.map.width * lit.map.height);

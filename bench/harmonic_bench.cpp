@@ -1,10 +1,11 @@
-#include "harmonic.hpp"
+#include "shading/harmonic.hpp"
 
 #include <cmath>
 
-#include "exact.hpp"
 #include "harness.hpp"
 #include "scenes.hpp"
+#include "shading/exact.hpp"
+#include "shading/pixels.hpp"
 
 namespace clerestory::bench {
 namespace {
@@ -31,16 +32,16 @@ void harmonic(benchmark::State& state) {
     LitMap& lit = lit_map(Light::city, 1024, 512, cores);
     const Device& device = device_of(cores);
     const SphereView view(device, SIZE);
-    auto white = view.planes(device);
+    auto unit_albedo_radiance = view.planes(device);
     auto truth = view.planes(device);
     HarmonicShader shader(device);
     const auto run = [&] {
-        shader.shade(shader.project(lit.on_device, lit.distribution, OPTIONS), 0, view, white);
+        shader.shade(shader.project(lit.on_device, lit.distribution, OPTIONS), 0, view, unit_albedo_radiance);
         device.finish();
     };
     run();
     ExactIntegrator(device).shade(lit.on_device, lit.distribution, 0, view, truth);
-    const double error = relative_rmse(white.download(), truth.download());
+    const double error = relative_rmse(unit_albedo_radiance.download(), truth.download());
     constexpr double TOLERANCE = 2e-3;  // degree 20 and 256 lights leave at most 1.4e-3 on photographs
     if (!check(state, error < TOLERANCE, "the picture differs from the exact one")) return;
     Work work;

@@ -4,8 +4,8 @@
 #include <map>
 #include <memory>
 
+#include "base/clock.hpp"
 #include "ceilings.hpp"
-#include "clock.hpp"
 #include "processor_time.hpp"
 
 namespace clerestory::bench {
@@ -17,8 +17,7 @@ constexpr double MILLI = 1e-3;
 std::unique_ptr<Device> open_device(unsigned cores) {
     DeviceOptions options;
     options.threads = cores;
-    options.kernel_log = std::make_shared<KernelLog>();
-    return std::make_unique<Device>(options);
+    return std::make_unique<Device>(options, DeviceHooks{.kernel_log = std::make_shared<KernelLog>()});
 }
 
 double ceiling_of(const Work& work) {

@@ -10,10 +10,10 @@
 #include <limits>
 #include <vector>
 
-#include "clock.hpp"
+#include "base/clock.hpp"
 #include "harness.hpp"
 #include "image.hpp"
-#include "scene_loader.hpp"
+#include "render/scene_loader.hpp"
 #include "scenes.hpp"
 
 namespace clerestory::bench {

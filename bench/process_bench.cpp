@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "clock.hpp"
+#include "base/clock.hpp"
 #include "harness.hpp"
 
 extern char** environ;

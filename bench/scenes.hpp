@@ -4,8 +4,8 @@
 #include <string>
 
 #include "cl/device.hpp"
-#include "distribution.hpp"
 #include "image.hpp"
+#include "tables/stage2_cdf.hpp"
 
 namespace clerestory::bench {
 

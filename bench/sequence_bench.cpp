@@ -5,7 +5,7 @@
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
 #include "harness.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
 
 namespace clerestory::bench {
 namespace {

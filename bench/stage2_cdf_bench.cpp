@@ -16,6 +16,8 @@
 #endif
 
 #include "harness.hpp"
+#include "map/latlong.hpp"
+#include "map/luminance.hpp"
 #include "reference/tables.hpp"
 #include "scenes.hpp"
 
@@ -42,7 +44,7 @@ bool tables_right(const LitMap& lit) {
     return lit.distribution.marginal.download().back() == TABLE_ONE;
 }
 
-/// Tables from float RGB in memory: census, weights, rows, marginal and guides. Into the arrays of the ones before, so
+/// Tables from float RGB in memory: counts, weights, rows, marginal and guides. Into the arrays of the ones before, so
 /// that it is not the system's clearing of new pages that is measured.
 void build_tables(benchmark::State& state, std::size_t width) {
     const auto cores = static_cast<unsigned>(state.range(0));

@@ -6,7 +6,7 @@
 #include "harness.hpp"
 #include "reference/draw.hpp"
 #include "reference/sequence.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
 #include "scenes.hpp"
 
 namespace clerestory::bench {
@@ -19,6 +19,9 @@ constexpr std::size_t SMALL_WIDTH = 1024;
 
 /// Cache lines of tables and map that a draw needs at least: its row's guide, its row's ends, its texel. All else is
 /// small enough for a core's own cache.
+/// On a 1024x512 map a full record took 13 to 15 ns of a core, seen by sampling: 2.8 for its point (and waiting for the
+/// records before it to leave the core), 3.3 for row and column, 1.2 for the few that need more halvings, 2.2 for
+/// direction and density, 2.0 for radiance, 0.6 for storing, the rest between the loops. Loads alone would take 7.
 constexpr double LINES_A_DRAW = 3;
 
 /// The first draws are those of the reference.

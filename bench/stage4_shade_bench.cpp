@@ -3,11 +3,13 @@
 #include <vector>
 
 #include "harness.hpp"
-#include "lights.hpp"
 #include "reference/shade.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
 #include "scenes.hpp"
-#include "sphere.hpp"
+#include "shading/pixels.hpp"
+#include "shading/shared.hpp"
+#include "shading/stage4_per_pixel.hpp"
+#include "shading/stage4_shade.hpp"
 
 namespace clerestory::bench {
 namespace {
@@ -19,7 +21,8 @@ constexpr double TARGET = 0.85;
 constexpr std::size_t MOST_CHECKED = 2048;  // lights: the reference is slow
 
 /// A few pixels against the sum in long double.
-bool shading_right(const LitMap& lit, const SampleSet& set, const SphereView& view, const Buffer<cl_float>& white) {
+bool shading_right(const LitMap& lit, const SampleSet& set, const SphereView& view,
+                   const Buffer<cl_float>& unit_albedo_radiance) {
     constexpr std::size_t CHECKED = 16;
     constexpr double TOLERANCE = 2e-5;  // of the pixel: float32 sums of positive terms
     const auto direction = set.direction.download();
@@ -32,7 +35,7 @@ bool shading_right(const LitMap& lit, const SampleSet& set, const SphereView& vi
             {radiance[k], radiance[set.count + k], radiance[2 * set.count + k]}, pdf[k], set.count));
     }
     const auto normal = view.normal.download();
-    const auto planes = white.download();
+    const auto planes = unit_albedo_radiance.download();
     for (std::size_t k = 0; k < CHECKED; ++k) {
         const std::size_t at = k * (view.count - 1) / (CHECKED - 1);
         const reference::Vector exact =
@@ -52,7 +55,7 @@ struct Scenery {
     LitMap& lit;
     const Device& device;
     SphereView view{device, SIZE};
-    Buffer<cl_float> white = view.planes(device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(device);
     Sampler sampler{device, lit.on_device, lit.distribution, {}};
 };
 
@@ -73,12 +76,13 @@ void shade_shared(benchmark::State& state, std::size_t lights) {
     const auto cores = static_cast<unsigned>(state.range(0));
     Scenery s(cores);
     SharedShader shader(s.device);
-    shader.shade(s.sampler, s.lit.distribution, s.view, lights, s.white);
-    if (lights <= MOST_CHECKED && !check(state, shading_right(s.lit, s.sampler.draw(lights), s.view, s.white),
-                                         "pixels differ from reference::shade"))
+    shader.shade(s.sampler, s.lit.distribution, s.view, lights, s.unit_albedo_radiance);
+    if (lights <= MOST_CHECKED &&
+        !check(state, shading_right(s.lit, s.sampler.draw(lights), s.view, s.unit_albedo_radiance),
+               "pixels differ from reference::shade"))
         return;
     time_runs(state, pairs(cores, s.view, lights),
-              [&] { shader.shade(s.sampler, s.lit.distribution, s.view, lights, s.white); });
+              [&] { shader.shade(s.sampler, s.lit.distribution, s.view, lights, s.unit_albedo_radiance); });
 }
 BENCHMARK_CAPTURE(shade_shared, 64, 64)->Apply(one_and_all_cores);
 BENCHMARK_CAPTURE(shade_shared, 1024, 1024)->Apply(one_and_all_cores);
@@ -92,15 +96,16 @@ void shade_every_pair(benchmark::State& state) {
     Scenery s(cores);
     const SampleSet set = s.sampler.draw(LIGHTS);
     LightShader shader(s.device, true);
-    Lights lights(s.device, LIGHTS);
+    LightBuffer lights(s.device, LIGHTS);
     shader.weigh(set, std::ldexp(1.0F, -s.lit.distribution.exponent),
                  static_cast<float>(1 / (std::numbers::pi * LIGHTS)), lights);
     const auto run = [&] {
-        shader.shade(s.view, lights, false, s.white);
+        shader.shade(s.view, lights, false, s.unit_albedo_radiance);
         s.device.finish();
     };
     run();
-    if (!check(state, shading_right(s.lit, set, s.view, s.white), "pixels differ from reference::shade")) return;
+    if (!check(state, shading_right(s.lit, set, s.view, s.unit_albedo_radiance), "pixels differ from reference::shade"))
+        return;
     time_runs(state, pairs(cores, s.view, LIGHTS), run);
 }
 BENCHMARK(shade_every_pair)->Apply(one_and_all_cores);
@@ -115,10 +120,10 @@ void shade_per_pixel(benchmark::State& state) {
     constexpr std::size_t SHARED_SAMPLES = 65536;
     SharedShader(s.device).shade(s.sampler, s.lit.distribution, s.view, SHARED_SAMPLES, shared);
     PerPixelShader shader(s.device, s.lit.on_device, s.lit.distribution, {});
-    shader.shade(s.view, SAMPLES, s.white);
+    shader.shade(s.view, SAMPLES, s.unit_albedo_radiance);
     double sum = 0;
     double wanted = 0;
-    for (const float value : s.white.download()) sum += static_cast<double>(value);
+    for (const float value : s.unit_albedo_radiance.download()) sum += static_cast<double>(value);
     for (const float value : shared.download()) wanted += static_cast<double>(value);
     // 6.5 million samples' mean against that of 65536: the latter's error is 1.4 / sqrt(65536), and six of it.
     constexpr double TOLERANCE = 0.033;
@@ -128,7 +133,7 @@ void shade_per_pixel(benchmark::State& state) {
     work.cores = cores;
     work.items = static_cast<double>(s.view.count * SAMPLES);
     work.item = "pair";
-    time_runs(state, work, [&] { shader.shade(s.view, SAMPLES, s.white); });
+    time_runs(state, work, [&] { shader.shade(s.view, SAMPLES, s.unit_albedo_radiance); });
 }
 BENCHMARK(shade_per_pixel)->Apply(one_and_all_cores);
 

@@ -7,20 +7,21 @@
 #define MARK_REACH 2
 
 /// Places the sphere's pixels in the image.
-///   white [3 * stride]   three planes: radiance of a white surface
+///   unit_albedo_radiance [3 * stride]   three planes: radiance of a white surface
 ///   pixel [count]        place in the image: row * size + column
 ///   gain                 albedo times the environment's scale times 2^exponent of the map, as two factors, so that
 ///                        neither leaves float32 where their product does not
 ///   rgba  [4 * pixels]   cleared before
 /// Range: one work-item per pixel of the sphere.
-kernel void compose(global const float* white, global const uint* pixel, uint count, uint stride, float gain_a,
+kernel void compose(global const float* unit_albedo_radiance, global const uint* pixel, uint count, uint stride,
+                    float gain_a,
                     float gain_b, global float* rgba) {
     const uint at = (uint)get_global_id(0);
     if (at >= count) return;
     global float* to = rgba + 4 * (size_t)pixel[at];
-    to[0] = white[at] * gain_a * gain_b;
-    to[1] = white[(size_t)stride + at] * gain_a * gain_b;
-    to[2] = white[2 * (size_t)stride + at] * gain_a * gain_b;
+    to[0] = unit_albedo_radiance[at] * gain_a * gain_b;
+    to[1] = unit_albedo_radiance[(size_t)stride + at] * gain_a * gain_b;
+    to[2] = unit_albedo_radiance[2 * (size_t)stride + at] * gain_a * gain_b;
     to[3] = 1.0f;
 }
 

@@ -347,10 +347,10 @@ kernel void add_meridians(global const double* frames, global const uint* ring, 
 }
 
 /// Radiance of a white diffuse surface: E / pi.
-///   white [3 * stride]
+///   unit_albedo_radiance [3 * stride]
 /// Range: one work-item per pixel and channel.
-kernel void finish_white(global const double* sums, uint count, global float* white) {
+kernel void finish_white(global const double* sums, uint count, global float* unit_albedo_radiance) {
     const size_t at = get_global_id(0);
     if (at >= count) return;
-    white[at] = convert_float(fmax(0.0, sums[at] * INVERSE_TWO_PI_D));
+    unit_albedo_radiance[at] = convert_float(fmax(0.0, sums[at] * INVERSE_TWO_PI_D));
 }

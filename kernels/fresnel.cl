@@ -9,7 +9,7 @@
 ///   from_critical [2 * count]  critical angle - incidence; read where eta < 1
 ///   parallel, perpendicular, mean, schlick [count]  reflectance, [0, 1]
 /// Range: one work-item per angle. No local memory, no barrier.
-/// Error: at most 1 ulp against reference::fresnel, in double and in pairs of floats (measured in tests/fresnel_test.cpp).
+/// Error: at most 1 ulp against the host's long double, in double and in pairs of floats (measured in tests/fresnel_test.cpp).
 /// Source: Born and Wolf, Principles of Optics, 1.5.2.
 __kernel void reflect_angles(__global const float* media, __global const float* angle, __global const float* complement,
                              __global const float* from_brewster, __global const float* from_critical,

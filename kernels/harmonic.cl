@@ -245,25 +245,69 @@ kernel void sum_rows_in_step(global const float* radiance, uint width, uint heig
 }
 #endif
 
+/// Adds the functions of order m to the sums of HARMONIC_REGISTERS registers of pixels, and turns cosine and sine of
+/// m phi, times sin(theta)^m, on to the next order. Returns where that one's terms begin.
+INLINE global const float* add_order(global const float* next, uint m, uint degree, const pixels_t* x, const pixels_t* y,
+                                     const pixels_t* z, pixels_t* cosine, pixels_t* sine, pixels_t* red,
+                                     pixels_t* green, pixels_t* blue) {
+    pixels_t before[HARMONIC_REGISTERS], here[HARMONIC_REGISTERS];
+    pixels_t cr[HARMONIC_REGISTERS], cg[HARMONIC_REGISTERS], cb[HARMONIC_REGISTERS];
+    pixels_t sr[HARMONIC_REGISTERS], sg[HARMONIC_REGISTERS], sb[HARMONIC_REGISTERS];
+    const float start = next[0];
+    next += 1;
+#pragma unroll
+    for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
+        before[k] = (pixels_t)(0.0f);
+        here[k] = (m & 1u) != 0u ? start * y[k] : (pixels_t)(start);
+        cr[k] = cg[k] = cb[k] = sr[k] = sg[k] = sb[k] = (pixels_t)(0.0f);
+    }
+    for (uint l = m + (m & 1u); l <= degree; l += 2u) {
+#pragma unroll
+        for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
+            cr[k] = fma(here[k], (pixels_t)(next[3]), cr[k]);
+            cg[k] = fma(here[k], (pixels_t)(next[4]), cg[k]);
+            cb[k] = fma(here[k], (pixels_t)(next[5]), cb[k]);
+            sr[k] = fma(here[k], (pixels_t)(next[6]), sr[k]);
+            sg[k] = fma(here[k], (pixels_t)(next[7]), sg[k]);
+            sb[k] = fma(here[k], (pixels_t)(next[8]), sb[k]);
+            const pixels_t after = fma(fma(y[k] * y[k], (pixels_t)(next[0]), (pixels_t)(next[1])), here[k],
+                                       before[k] * next[2]);
+            before[k] = here[k];
+            here[k] = after;
+        }
+        next += 9;
+    }
+#pragma unroll
+    for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
+        red[k] = fma(cosine[k], cr[k], fma(sine[k], sr[k], red[k]));
+        green[k] = fma(cosine[k], cg[k], fma(sine[k], sg[k], green[k]));
+        blue[k] = fma(cosine[k], cb[k], fma(sine[k], sb[k], blue[k]));
+        const pixels_t turned = fma(cosine[k], x[k], -(sine[k] * z[k]));
+        sine[k] = fma(cosine[k], z[k], sine[k] * x[k]);
+        cosine[k] = turned;
+    }
+    return next;
+}
+
 /// A harmonic series at every pixel's normal.
 ///   normal [3 * stride]  three planes, unit length
 ///   terms                9 floats: x, y, z parts of degree 1 for R, G, B; then for each m = 0 .. degree: the value of
 ///                        the least even degree's function over (sin theta)^m (and over y where m is odd); then for
 ///                        each even degree from m up: A, B, C of the step Q+2 = (A y^2 + B) Q + C Q-2, and six
 ///                        coefficients: cosine parts of R, G, B, then sine parts
-///   add                  1: added to what stands in white
+///   add                  1: added to what stands in `unit_albedo_radiance`
 ///   clamped              1: the result is at least 0
-///   white  [3 * stride]  three planes: R, G, B
+///   unit_albedo_radiance  [3 * stride]  three planes: R, G, B
 /// Range: one work-item per PIXELS_WIDE * HARMONIC_REGISTERS pixels; stride is a multiple of that. No barrier.
 /// Error: 2e-6 of the mean up to degree 40 (measured in tests/harmonic_test.cpp).
 /// Source: recurrences of the normalised associated Legendre functions, two degrees at a step because odd degrees
 /// above 1 do not light a diffuse surface: Ramamoorthi, Hanrahan, An Efficient Representation for Irradiance
 /// Environment Maps, 2001.
 kernel void evaluate_harmonics(global const float* normal, global const float* terms, uint degree, uint stride,
-                               uint items, uint add, uint clamped, global float* white) {
+                               uint items, uint add, uint clamped, global float* unit_albedo_radiance) {
     const size_t item = get_global_id(0);
     if (item >= items) return;
-    pixels_t x[HARMONIC_REGISTERS], y[HARMONIC_REGISTERS], z[HARMONIC_REGISTERS], yy[HARMONIC_REGISTERS];
+    pixels_t x[HARMONIC_REGISTERS], y[HARMONIC_REGISTERS], z[HARMONIC_REGISTERS];
     pixels_t cosine[HARMONIC_REGISTERS], sine[HARMONIC_REGISTERS];
     pixels_t red[HARMONIC_REGISTERS], green[HARMONIC_REGISTERS], blue[HARMONIC_REGISTERS];
 #pragma unroll
@@ -272,7 +316,6 @@ kernel void evaluate_harmonics(global const float* normal, global const float* t
         x[k] = LOAD_PIXELS(at, normal);
         y[k] = LOAD_PIXELS(at, normal + stride);
         z[k] = LOAD_PIXELS(at, normal + 2 * (size_t)stride);
-        yy[k] = y[k] * y[k];
         red[k] = fma(x[k], (pixels_t)(terms[0]), fma(y[k], (pixels_t)(terms[1]), z[k] * terms[2]));
         green[k] = fma(x[k], (pixels_t)(terms[3]), fma(y[k], (pixels_t)(terms[4]), z[k] * terms[5]));
         blue[k] = fma(x[k], (pixels_t)(terms[6]), fma(y[k], (pixels_t)(terms[7]), z[k] * terms[8]));
@@ -280,56 +323,19 @@ kernel void evaluate_harmonics(global const float* normal, global const float* t
         sine[k] = (pixels_t)(0.0f);
     }
     global const float* next = terms + 9;
-    for (uint m = 0u; m <= degree; ++m) {
-        pixels_t before[HARMONIC_REGISTERS], here[HARMONIC_REGISTERS];
-        pixels_t cr[HARMONIC_REGISTERS], cg[HARMONIC_REGISTERS], cb[HARMONIC_REGISTERS];
-        pixels_t sr[HARMONIC_REGISTERS], sg[HARMONIC_REGISTERS], sb[HARMONIC_REGISTERS];
-        const float start = next[0];
-        next += 1;
-#pragma unroll
-        for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
-            before[k] = (pixels_t)(0.0f);
-            here[k] = (m & 1u) != 0u ? start * y[k] : (pixels_t)(start);
-            cr[k] = cg[k] = cb[k] = sr[k] = sg[k] = sb[k] = (pixels_t)(0.0f);
-        }
-        for (uint l = m + (m & 1u); l <= degree; l += 2u) {
-#pragma unroll
-            for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
-                cr[k] = fma(here[k], (pixels_t)(next[3]), cr[k]);
-                cg[k] = fma(here[k], (pixels_t)(next[4]), cg[k]);
-                cb[k] = fma(here[k], (pixels_t)(next[5]), cb[k]);
-                sr[k] = fma(here[k], (pixels_t)(next[6]), sr[k]);
-                sg[k] = fma(here[k], (pixels_t)(next[7]), sg[k]);
-                sb[k] = fma(here[k], (pixels_t)(next[8]), sb[k]);
-                const pixels_t after = fma(fma(yy[k], (pixels_t)(next[0]), (pixels_t)(next[1])), here[k],
-                                           before[k] * next[2]);
-                before[k] = here[k];
-                here[k] = after;
-            }
-            next += 9;
-        }
-#pragma unroll
-        for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
-            red[k] = fma(cosine[k], cr[k], fma(sine[k], sr[k], red[k]));
-            green[k] = fma(cosine[k], cg[k], fma(sine[k], sg[k], green[k]));
-            blue[k] = fma(cosine[k], cb[k], fma(sine[k], sb[k], blue[k]));
-            const pixels_t turned = fma(cosine[k], x[k], -(sine[k] * z[k]));
-            sine[k] = fma(cosine[k], z[k], sine[k] * x[k]);
-            cosine[k] = turned;
-        }
-    }
+    for (uint m = 0u; m <= degree; ++m) next = add_order(next, m, degree, x, y, z, cosine, sine, red, green, blue);
     const pixels_t least = (pixels_t)(clamped != 0u ? 0.0f : -INFINITY);
 #pragma unroll
     for (int k = 0; k < HARMONIC_REGISTERS; ++k) {
         const size_t at = REGISTER_OF(item, items, k, HARMONIC_REGISTERS);
         if (add != 0u) {
-            red[k] += LOAD_PIXELS(at, white);
-            green[k] += LOAD_PIXELS(at, white + stride);
-            blue[k] += LOAD_PIXELS(at, white + 2 * (size_t)stride);
+            red[k] += LOAD_PIXELS(at, unit_albedo_radiance);
+            green[k] += LOAD_PIXELS(at, unit_albedo_radiance + stride);
+            blue[k] += LOAD_PIXELS(at, unit_albedo_radiance + 2 * (size_t)stride);
         }
-        STORE_PIXELS(fmax(red[k], least), at, white);
-        STORE_PIXELS(fmax(green[k], least), at, white + stride);
-        STORE_PIXELS(fmax(blue[k], least), at, white + 2 * (size_t)stride);
+        STORE_PIXELS(fmax(red[k], least), at, unit_albedo_radiance);
+        STORE_PIXELS(fmax(green[k], least), at, unit_albedo_radiance + stride);
+        STORE_PIXELS(fmax(blue[k], least), at, unit_albedo_radiance + 2 * (size_t)stride);
     }
 }
 

@@ -49,7 +49,7 @@ typedef struct {
     shared_uint zero_count;
     shared_uint first_bad;
     float max_component;
-} Census;
+} TexelCounts;
 
 // A row's exact sum of intensities: sum * 2^(exponent - WEIGHT_BITS), over `lit` texels.
 typedef struct {
@@ -84,6 +84,19 @@ typedef struct {
     shared_uint tall_points;
     shared_uint cells;
 } Strata;
+
+// What a draw takes beside its tables: their shape, the map's rotation in full turns, and whose stream of points.
+typedef struct {
+    shared_uint width;
+    shared_uint height;
+    shared_uint row_bits;
+    shared_uint column_bits;
+    float inverse_width;
+    float rotation;
+    shared_uint seed_low;
+    shared_uint seed_high;
+    Strata strata;
+} DrawSettings;
 
 #ifndef __OPENCL_VERSION__
 }  // namespace clerestory

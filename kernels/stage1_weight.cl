@@ -1,30 +1,32 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "weight.clh"
 
-/// Census of every chunk of CHUNK_TEXELS texels of a row.
+/// Counts of every chunk of CHUNK_TEXELS texels of a row.
 ///   radiance [3 * height * width]  linear RGB, row-major, top row first
-///   census   [height * chunks]     chunks = ceil(width / CHUNK_TEXELS)
+///   counts   [height * chunks]     chunks = ceil(width / CHUNK_TEXELS)
 /// Range: one work-item per chunk. No local memory, no barrier. Exact.
-kernel void census_chunks(global const float* radiance, uint width, uint chunks, uint items, global Census* census) {
+kernel void count_chunks(global const float* radiance, uint width, uint chunks, uint items,
+                         global TexelCounts* counts) {
     const uint item = (uint)get_global_id(0);
     if (item >= items) return;
     const uint first = item % chunks * CHUNK_TEXELS;
     const uint last = min(first + CHUNK_TEXELS, width);
     const global float* row = radiance + 3 * (size_t)width * (item / chunks);
-    Census found = empty_census(width);
-    for (uint j = first; j < last; ++j) take_census(&found, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
-    census[item] = found;
+    TexelCounts found = empty_counts(width);
+    for (uint j = first; j < last; ++j) count_texel(&found, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
+    counts[item] = found;
 }
 
-/// Census of every row from that of its chunks.
-///   row_census [height]
+/// Counts of every row from that of its chunks.
+///   row_counts [height]
 /// Range: one work-item per row.
-kernel void join_census(global const Census* census, uint width, uint chunks, uint height, global Census* row_census) {
+kernel void join_counts(global const TexelCounts* counts, uint width, uint chunks, uint height,
+                        global TexelCounts* row_counts) {
     const uint row = (uint)get_global_id(0);
     if (row >= height) return;
-    Census joined = empty_census(width);
-    for (uint c = 0; c < chunks; ++c) joined = joined_census(joined, census[(size_t)row * chunks + c]);
-    row_census[row] = joined;
+    TexelCounts joined = empty_counts(width);
+    for (uint c = 0; c < chunks; ++c) joined = joined_counts(joined, counts[(size_t)row * chunks + c]);
+    row_counts[row] = joined;
 }
 
 /// Sum of the fixed-point intensities of every chunk, in its row's scale.
@@ -33,7 +35,7 @@ kernel void join_census(global const Census* census, uint width, uint chunks, ui
 /// Range: one work-item per chunk. Exact but for the intensity's own rounding: at most 3.5 ulp (2 in 400,000 measured in
 /// tests/stage1_weight_test.cpp), and half a unit of 2^-WEIGHT_BITS.
 /// Source: Pharr, Jakob, Humphreys, PBRT 4th ed., 12.5, for the weight; the fixed point is this project's own.
-kernel void sum_chunks(global const float* radiance, global const Census* row_census, uint width, uint chunks,
+kernel void sum_chunks(global const float* radiance, global const TexelCounts* row_counts, uint width, uint chunks,
                        uint items, float luminance_r, float luminance_g, float luminance_b, global RowWeight* weight) {
     const uint item = (uint)get_global_id(0);
     if (item >= items) return;
@@ -45,9 +47,9 @@ kernel void sum_chunks(global const float* radiance, global const Census* row_ce
     RowWeight sum;
     sum.sum = 0ul;
     sum.lit = 0u;
-    sum.exponent = scale_exponent(row_census[row_index].max_component);
+    sum.exponent = scale_exponent(row_counts[row_index].max_component);
     const float scale = power_of_two(-sum.exponent);
-    const uint end = has_bad_texels(row_census[row_index]) ? first : last;
+    const uint end = has_bad_texels(row_counts[row_index]) ? first : last;
     for (uint j = first; j < end; ++j) {
         const float r = row[3 * j];
         const float g = row[3 * j + 1];

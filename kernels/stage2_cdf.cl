@@ -28,17 +28,18 @@ INLINE void end_guide(global uint* guide, uint entry, uint bits, uint last) {
 }
 
 /// A row that holds a bad texel, or whose largest component is extreme, texel by texel.
-INLINE void build_slowly(global const float* row, uint width, float3 luminance, uint bits, global Census* row_census,
+INLINE void build_slowly(global const float* row, uint width, float3 luminance, uint bits,
+                         global TexelCounts* row_counts,
                          global RowWeight* row_weight, global uint* table, global uint* guide) {
-    Census census = empty_census(width);
-    for (uint j = 0u; j < width; ++j) take_census(&census, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
-    *row_census = census;
+    TexelCounts counts = empty_counts(width);
+    for (uint j = 0u; j < width; ++j) count_texel(&counts, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
+    *row_counts = counts;
     RowWeight weight;
     weight.sum = 0ul;
     weight.lit = 0u;
-    weight.exponent = scale_exponent(census.max_component);
+    weight.exponent = scale_exponent(counts.max_component);
     const float scale = power_of_two(-weight.exponent);
-    const uint end = has_bad_texels(census) ? 0u : width;
+    const uint end = has_bad_texels(counts) ? 0u : width;
     uint last = width - 1u;
     for (uint j = 0u; j < end; ++j) {
         const float r = row[3 * j];
@@ -176,18 +177,18 @@ INLINE void scan_row(local const float16* intensity, uint width, float per_inten
     end_guide(guide, entry, bits, last);
 }
 
-/// Whole rows in one go: census, weight and cumulative table. A row is read once; its intensities stay in the cache.
+/// Whole rows in one go: counts, weight and cumulative table. A row is read once; its intensities stay in the cache.
 ///   radiance    [3 * height * width]  linear RGB, row-major, top row first
 ///   first_row                         rows first_row .. first_row + rows - 1 are built
-///   row_census  [height], row_weight [height]
+///   row_counts  [height], row_weight [height]
 ///   conditional [height * width]      end of each texel, in units of 2^-TABLE_BITS; the last lit one ends at TABLE_ONE
 ///   guide       [height * (2^bits + 1)]  see build_guides
 ///   intensity   [ceil(width / 16)]    work space
-/// A row with a bad texel (see Census), or a black one, becomes all zero; its guide points at its last texel.
+/// A row with a bad texel (see TexelCounts), or a black one, becomes all zero; its guide points at its last texel.
 /// Range: one work-item per row, alone in its group. No barrier.
 /// Exact: equal to the bit to the chunked path, and to reference::row_table.
 kernel void build_rows(global const float* radiance, uint width, uint first_row, uint rows, float luminance_r,
-                       float luminance_g, float luminance_b, uint bits, global Census* row_census,
+                       float luminance_g, float luminance_b, uint bits, global TexelCounts* row_counts,
                        global RowWeight* row_weight, global uint* conditional, global uint* guide,
                        local float16* intensity) {
     const uint item = (uint)get_global_id(0);
@@ -203,14 +204,14 @@ kernel void build_rows(global const float* radiance, uint width, uint first_row,
     RowWeight weight;
     weight.lit = read_row(row, width, luminance, intensity, &largest);
     if (largest > MOST_LARGEST || (largest < LEAST_LARGEST && largest != 0u)) {
-        build_slowly(row, width, luminance, bits, row_census + row_index, row_weight + row_index, table, row_guide);
+        build_slowly(row, width, luminance, bits, row_counts + row_index, row_weight + row_index, table, row_guide);
         return;
     }
-    Census census = empty_census(width);
-    census.zero_count = width - weight.lit;
-    census.max_component = as_float(largest);
-    row_census[row_index] = census;
-    weight.exponent = scale_exponent(census.max_component);
+    TexelCounts counts = empty_counts(width);
+    counts.zero_count = width - weight.lit;
+    counts.max_component = as_float(largest);
+    row_counts[row_index] = counts;
+    weight.exponent = scale_exponent(counts.max_component);
     const float scale = power_of_two(-weight.exponent);
     weight.sum = sum_of_row(intensity, width, scale);
     row_weight[row_index] = weight;
@@ -222,7 +223,7 @@ kernel void build_rows(global const float* radiance, uint width, uint first_row,
 ///   total       [height * chunks]
 ///   conditional [height * width]   running counts, to be finished by finish_chunks
 /// Range: one work-item per chunk.
-kernel void scan_chunks(global const float* radiance, global const Census* row_census,
+kernel void scan_chunks(global const float* radiance, global const TexelCounts* row_counts,
                         global const RowWeight* row_weight, uint width, uint chunks, uint items, float luminance_r,
                         float luminance_g, float luminance_b, global uint* total, global uint* conditional) {
     const uint item = (uint)get_global_id(0);
@@ -234,7 +235,7 @@ kernel void scan_chunks(global const float* radiance, global const Census* row_c
     global uint* table = conditional + (size_t)width * row_index;
     const float3 luminance = (float3)(luminance_r, luminance_g, luminance_b);
     const RowWeight weight = row_weight[row_index];
-    const bool dark = has_bad_texels(row_census[row_index]);
+    const bool dark = has_bad_texels(row_counts[row_index]);
     const float scale = power_of_two(-weight.exponent);
     const float per_intensity = counts_per_intensity(weight.sum, weight.lit);
     uint running = 0u;

@@ -20,7 +20,7 @@
 #define WHERE_WIDER_THAN(step) if (lane < (step) && (step) < SCAN_LANES)
 
 #define JOIN_CENSUS(step)                                                                   \
-    WHERE_WIDER_THAN(step) part[lane] = joined_census(part[lane], part[lane + (step)]);     \
+    WHERE_WIDER_THAN(step) part[lane] = joined_counts(part[lane], part[lane + (step)]);     \
     SYNC
 #define ADD_SUMS(step)                               \
     WHERE_WIDER_THAN(step) {                         \
@@ -60,28 +60,28 @@ INLINE Chunk chunk_of(uint width, uint chunks) {
     return chunk;
 }
 
-/// Census of every chunk; see census_chunks.
+/// Counts of every chunk; see count_chunks.
 /// Range: a group per chunk.
 kernel __attribute__((reqd_work_group_size(SCAN_LANES, 1, 1)))
-void census_groups(global const float* radiance, uint width, uint chunks, global Census* census) {
-    local Census part[SCAN_LANES];
+void count_groups(global const float* radiance, uint width, uint chunks, global TexelCounts* counts) {
+    local TexelCounts part[SCAN_LANES];
     const uint lane = (uint)get_local_id(0);
     const Chunk chunk = chunk_of(width, chunks);
     global const float* row = radiance + 3 * (size_t)width * chunk.row_index;
-    Census found = empty_census(width);
+    TexelCounts found = empty_counts(width);
     for (uint j = chunk.first + lane; j < chunk.last; j += SCAN_LANES) {
-        take_census(&found, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
+        count_texel(&found, row[3 * j], row[3 * j + 1], row[3 * j + 2], j);
     }
     part[lane] = found;
     SYNC;
     TREE(JOIN_CENSUS);
-    if (lane == 0u) census[get_group_id(0)] = part[0];
+    if (lane == 0u) counts[get_group_id(0)] = part[0];
 }
 
 /// Sum of the fixed-point intensities of every chunk; see sum_chunks.
 /// Range: a group per chunk.
 kernel __attribute__((reqd_work_group_size(SCAN_LANES, 1, 1)))
-void sum_groups(global const float* radiance, global const Census* row_census, uint width, uint chunks,
+void sum_groups(global const float* radiance, global const TexelCounts* row_counts, uint width, uint chunks,
                 float luminance_r, float luminance_g, float luminance_b, global RowWeight* weight) {
     local ulong sums[SCAN_LANES];
     local uint lits[SCAN_LANES];
@@ -89,10 +89,10 @@ void sum_groups(global const float* radiance, global const Census* row_census, u
     const Chunk chunk = chunk_of(width, chunks);
     global const float* row = radiance + 3 * (size_t)width * chunk.row_index;
     const float3 luminance = (float3)(luminance_r, luminance_g, luminance_b);
-    const Census census = row_census[chunk.row_index];
-    const int exponent = scale_exponent(census.max_component);
+    const TexelCounts counts = row_counts[chunk.row_index];
+    const int exponent = scale_exponent(counts.max_component);
     const float scale = power_of_two(-exponent);
-    const uint last = has_bad_texels(census) ? chunk.first : chunk.last;
+    const uint last = has_bad_texels(counts) ? chunk.first : chunk.last;
     ulong sum = 0ul;
     uint lit = 0u;
     for (uint j = chunk.first + lane; j < last; j += SCAN_LANES) {
@@ -118,7 +118,7 @@ void sum_groups(global const float* radiance, global const Census* row_census, u
 /// Running counts of every chunk, from 0 at its start, and their total; see scan_chunks.
 /// Range: a group per chunk. Each lane scans LANE_TEXELS neighbouring texels, and the lanes' totals are scanned.
 kernel __attribute__((reqd_work_group_size(SCAN_LANES, 1, 1)))
-void scan_groups(global const float* radiance, global const Census* row_census, global const RowWeight* row_weight,
+void scan_groups(global const float* radiance, global const TexelCounts* row_counts, global const RowWeight* row_weight,
                  uint width, uint chunks, float luminance_r, float luminance_g, float luminance_b, global uint* total,
                  global uint* conditional) {
     local uint counts[PADDED(CHUNK_TEXELS)];
@@ -132,7 +132,7 @@ void scan_groups(global const float* radiance, global const Census* row_census, 
     const float scale = power_of_two(-weight.exponent);
     const float per_intensity = counts_per_intensity(weight.sum, weight.lit);
     const uint here = chunk.last - chunk.first;
-    const uint good = has_bad_texels(row_census[chunk.row_index]) ? 0u : here;
+    const uint good = has_bad_texels(row_counts[chunk.row_index]) ? 0u : here;
     for (uint j = lane; j < CHUNK_TEXELS; j += SCAN_LANES) {
         uint count = 0u;
         if (j < good) {

@@ -28,15 +28,15 @@ typedef union {
     uchar each[DRAW_BLOCK];
     ulong eight[DRAW_BLOCK / 8];
 } Marks;
-/// The same for what few samples need: eights without a mark in `late` are passed over.
-#define LATE_SAMPLES                                                            \
+/// The same for what few samples need: eights without a mark in `unresolved` are passed over.
+#define UNRESOLVED_SAMPLES                                                      \
     _Pragma("clang loop vectorize(disable)") for (int e = 0; e < DRAW_BLOCK / 8; ++e) \
-        if (late.eight[e] != 0ul)                                               \
+        if (unresolved.eight[e] != 0ul)                                               \
             _Pragma("clang loop vectorize(disable)") for (int k = 8 * e; k < 8 * e + 8; ++k)
 
 /// One halving of the elements from `low` to `high` of the table that starts at `base`: whether the element lies above the
 /// first 2^step - 1. The end of `high` lies above `value`, so it is never passed. Indices are int, which gathers take as
-/// they are: no table has 2^31 words (ReadLimits of src/image.hpp).
+/// they are: no table has 2^31 words (ReadLimits of include/clerestory/image.hpp).
 INLINE int quick_halving(global const uint* table, int base, int low, int high, uint value, int step) {
     const int far = low + (1 << step) - 1;
     const int probe = far < high ? far : high;
@@ -51,11 +51,11 @@ INLINE uint start_of(global const uint* table, int index, int at) {
 
 /// Writes the full record of one sample.
 INLINE void store_sample(Tables tables, Point point, global const RowFrame* frames, global const float* radiance,
-                         float inverse_width, float rotation, uint count, uint at, global uint* texel,
-                         global float* direction, global float* pdf, global float* drawn) {
+                         DrawSettings by, uint count, uint at, global uint* texel, global float* direction,
+                         global float* pdf, global float* drawn) {
     const Draw draw = draw_texel(tables, point);
     const RowFrame frame = load_frame(frames, draw.row);
-    const Direction towards = draw_direction(draw, frame, inverse_width, rotation);
+    const Direction towards = draw_direction(draw, frame, by.inverse_width, by.rotation);
     const size_t index = (size_t)draw.row * tables.width + draw.column;
     texel[at] = (uint)index;
     direction[at] = towards.x;
@@ -76,22 +76,19 @@ INLINE void store_sample(Tables tables, Point point, global const RowFrame* fram
 /// Error: texels exact; place within the texel 2e-7 of it, the place's direction 6.5e-7 absolute, pdf 3 ulp (measured in
 /// tests/stage3_sample_test.cpp, where the bounds are derived).
 /// Source: Pharr, Jakob, Humphreys, PBRT 4th ed., 2.4 and 12.5; the integer tables are this project's own.
-kernel void draw_samples(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
-                         global const uint* conditional, global const uint* conditional_guide, uint width,
-                         uint column_bits, global const RowFrame* frames, global const float* radiance,
-                         float inverse_width, float rotation, uint seed_low, uint seed_high, uint stream, Strata strata,
-                         uint first, uint count, global uint* texel, global float* direction, global float* pdf,
+kernel void draw_samples(global const uint* marginal, global const uint* marginal_guide,
+                         global const uint* conditional, global const uint* conditional_guide,
+                         global const RowFrame* frames, global const float* radiance, DrawSettings by, uint first,
+                         uint count, global uint* texel, global float* direction, global float* pdf,
                          global float* drawn) {
     const uint item = (uint)get_global_id(0);
     if (2u * item >= count) return;
-    const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
+    const Tables tables = tables_of(marginal, marginal_guide, conditional, conditional_guide, by);
     const PointPair points =
-        sequence_points(seed_low, seed_high, DOMAIN_SHARED, stream, first / 2u + item, strata);
-    store_sample(tables, points.even, frames, radiance, inverse_width, rotation, count, 2u * item, texel, direction, pdf,
-                 drawn);
+        sequence_points(by.seed_low, by.seed_high, DOMAIN_SHARED, 0u, first / 2u + item, by.strata);
+    store_sample(tables, points.even, frames, radiance, by, count, 2u * item, texel, direction, pdf, drawn);
     if (2u * item + 1u >= count) return;
-    store_sample(tables, points.odd, frames, radiance, inverse_width, rotation, count, 2u * item + 1u, texel, direction,
-                 pdf, drawn);
+    store_sample(tables, points.odd, frames, radiance, by, count, 2u * item + 1u, texel, direction, pdf, drawn);
 }
 
 #if GUIDED
@@ -104,15 +101,83 @@ INLINE void store_field(const float* from, global float* restrict to, int here, 
     for (int k = 0; k < here; ++k) to[k] = from[k];
 }
 
+/// The points of a block, from number `first` of the stream on.
+INLINE void draw_points(DrawSettings by, uint first, uint* u_row, uint* u_column) {
+    for (uint k = 0u; k < DRAW_BLOCK / 2u; ++k) {
+        const PointPair points = sequence_points(by.seed_low, by.seed_high, DOMAIN_SHARED, 0u, first / 2u + k, by.strata);
+        u_row[2u * k] = points.even.x;
+        u_row[2u * k + 1u] = points.odd.x;
+        u_column[2u * k] = points.even.y;
+        u_column[2u * k + 1u] = points.odd.y;
+    }
+}
+
+/// The rows of a block's points, and where each ends in the marginal. Few need more than one halving of their guide's
+/// rows; those get them one by one.
+INLINE void find_rows(global const uint* restrict marginal, global const uint* restrict guide, DrawSettings by,
+                      const uint* u_row, int* row, uint* row_end) {
+    Marks unresolved;
+    const int last_row = (int)by.height - 1;
+    EACH_SAMPLE {
+        const uint value = u_row[k] >> (32 - TABLE_BITS);
+        const int start = (int)guide[value >> (TABLE_BITS - by.row_bits)];
+        row[k] = quick_halving(marginal, 0, start, last_row, value, 0);
+        row_end[k] = marginal[row[k]];
+        unresolved.each[k] = row_end[k] <= value;
+    }
+    UNRESOLVED_SAMPLES {
+        if (!unresolved.each[k]) continue;
+        const uint value = u_row[k] >> (32 - TABLE_BITS);
+        const uint end_row = guide[(value >> (TABLE_BITS - by.row_bits)) + 1u];
+        row[k] = (int)bisect_alone(marginal, (uint)row[k] + 1u, end_row, value);
+        row_end[k] = marginal[row[k]];
+    }
+}
+
+/// The same of columns within the rows; QUICK_STEPS halvings are enough for most.
+INLINE void find_columns(global const uint* restrict conditional, global const uint* restrict guide, DrawSettings by,
+                         const uint* u_column, const int* row, int* column, uint* end) {
+    Marks unresolved;
+    const int entries = (int)(1u << by.column_bits) + 1;
+    EACH_SAMPLE {
+        const uint entry = u_column[k] >> (32 - TABLE_BITS) >> (TABLE_BITS - by.column_bits);
+        column[k] = (int)guide[row[k] * entries + (int)entry];
+    }
+    // The first halving, which finds its line of the table in no cache, has a loop of its own: the shorter the loop, the
+    // more of its loads are under way together.
+    const int width = (int)by.width;
+    EACH_SAMPLE {
+        const uint value = u_column[k] >> (32 - TABLE_BITS);
+        column[k] = quick_halving(conditional, row[k] * width, column[k], width - 1, value, QUICK_STEPS - 1);
+    }
+    EACH_SAMPLE {
+        const uint value = u_column[k] >> (32 - TABLE_BITS);
+        const int base = row[k] * width;
+        int j = column[k];
+#pragma unroll
+        for (int step = QUICK_STEPS - 2; step >= 0; --step) {
+            j = quick_halving(conditional, base, j, width - 1, value, step);
+        }
+        column[k] = j;
+        end[k] = conditional[base + j];
+        unresolved.each[k] = end[k] <= value;
+    }
+    UNRESOLVED_SAMPLES {
+        if (!unresolved.each[k]) continue;
+        const uint value = u_column[k] >> (32 - TABLE_BITS);
+        global const uint* ends = conditional + row[k] * width;
+        const uint end_column = guide[row[k] * entries + (int)(value >> (TABLE_BITS - by.column_bits)) + 1];
+        column[k] = (int)bisect_alone(ends, (uint)column[k] + 1u, end_column, value);
+        end[k] = ends[column[k]];
+    }
+}
+
 /// As draw_samples, for a device whose vectors run along inner loops: a work-item draws DRAW_BLOCK samples in one short
-/// loop after another, so that each is vectorised and many loads are under way at a time. Few draws need more than one
-/// halving of their guide's rows and QUICK_STEPS of its columns; those get them one by one.
+/// loop after another, so that each is vectorised and many loads are under way at a time.
 /// Range: one work-item per DRAW_BLOCK samples.
-kernel void draw_blocks(global const uint* restrict marginal, global const uint* restrict marginal_guide, uint height,
-                        uint row_bits, global const uint* restrict conditional,
-                        global const uint* restrict conditional_guide, uint width, uint column_bits,
-                        global const RowFrame* restrict frames, global const float* restrict radiance,
-                        float inverse_width, float rotation, uint seed_low, uint seed_high, uint stream, Strata strata,
+kernel void draw_blocks(global const uint* restrict marginal, global const uint* restrict marginal_guide,
+                        global const uint* restrict conditional, global const uint* restrict conditional_guide,
+                        global const RowFrame* restrict frames, global const float* restrict radiance, DrawSettings by,
                         uint first, uint count, global uint* restrict texel, global float* restrict direction,
                         global float* restrict pdf, global float* restrict drawn) {
     const uint begin = DRAW_BLOCK * (uint)get_global_id(0);
@@ -121,67 +186,15 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
     int row[DRAW_BLOCK], column[DRAW_BLOCK];
     uint row_end[DRAW_BLOCK], end[DRAW_BLOCK];
     float record[RECORD_FIELDS][DRAW_BLOCK];
-    Marks late;
-    for (uint k = 0u; k < DRAW_BLOCK / 2u; ++k) {
-        const PointPair points =
-            sequence_points(seed_low, seed_high, DOMAIN_SHARED, stream, (first + begin) / 2u + k, strata);
-        u_row[2u * k] = points.even.x;
-        u_row[2u * k + 1u] = points.odd.x;
-        u_column[2u * k] = points.even.y;
-        u_column[2u * k + 1u] = points.odd.y;
-    }
-    const int last_row = (int)height - 1;
-    EACH_SAMPLE {
-        const uint value = u_row[k] >> (32 - TABLE_BITS);
-        const int start = (int)marginal_guide[value >> (TABLE_BITS - row_bits)];
-        row[k] = quick_halving(marginal, 0, start, last_row, value, 0);
-        row_end[k] = marginal[row[k]];
-        late.each[k] = row_end[k] <= value;
-    }
-    LATE_SAMPLES {
-        if (!late.each[k]) continue;
-        const uint value = u_row[k] >> (32 - TABLE_BITS);
-        const uint end_row = marginal_guide[(value >> (TABLE_BITS - row_bits)) + 1u];
-        row[k] = (int)bisect_alone(marginal, (uint)row[k] + 1u, end_row, value);
-        row_end[k] = marginal[row[k]];
-    }
-    const int entries = (int)(1u << column_bits) + 1;
-    EACH_SAMPLE {
-        const uint entry = u_column[k] >> (32 - TABLE_BITS) >> (TABLE_BITS - column_bits);
-        column[k] = (int)conditional_guide[row[k] * entries + (int)entry];
-    }
-    // The first halving, which finds its line of the table in no cache, has a loop of its own: the shorter the loop, the
-    // more of its loads are under way together.
-    const int last_column = (int)width - 1;
-    EACH_SAMPLE {
-        const uint value = u_column[k] >> (32 - TABLE_BITS);
-        column[k] = quick_halving(conditional, row[k] * (int)width, column[k], last_column, value, QUICK_STEPS - 1);
-    }
-    EACH_SAMPLE {
-        const uint value = u_column[k] >> (32 - TABLE_BITS);
-        const int base = row[k] * (int)width;
-        int j = column[k];
-#pragma unroll
-        for (int step = QUICK_STEPS - 2; step >= 0; --step) {
-            j = quick_halving(conditional, base, j, last_column, value, step);
-        }
-        column[k] = j;
-        end[k] = conditional[base + j];
-        late.each[k] = end[k] <= value;
-    }
-    LATE_SAMPLES {
-        if (!late.each[k]) continue;
-        const uint value = u_column[k] >> (32 - TABLE_BITS);
-        global const uint* ends = conditional + row[k] * (int)width;
-        const uint end_column = conditional_guide[row[k] * entries + (int)(value >> (TABLE_BITS - column_bits)) + 1];
-        column[k] = (int)bisect_alone(ends, (uint)column[k] + 1u, end_column, value);
-        end[k] = ends[column[k]];
-    }
+    draw_points(by, first + begin, u_row, u_column);
+    find_rows(marginal, marginal_guide, by, u_row, row, row_end);
+    find_columns(conditional, conditional_guide, by, u_column, row, column, end);
     global const float* restrict frame_fields = (global const float*)frames;
+    const int last_row = (int)by.height - 1;
     EACH_SAMPLE {
         const int i = row[k];
         const int j = column[k];
-        const int at = i * (int)width + j;
+        const int at = i * (int)by.width + j;
         Draw draw;
         draw.row = (uint)i;
         draw.column = (uint)j;
@@ -192,7 +205,7 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
         frame.cap_step = frame_fields[4 * i + 1];
         frame.pole = i <= last_row - i ? 1.0f : -1.0f;
         frame.solid_angle = frame_fields[4 * i + 3];
-        const Direction towards = draw_direction(draw, frame, inverse_width, rotation);
+        const Direction towards = draw_direction(draw, frame, by.inverse_width, by.rotation);
         record[0][k] = as_float(at);
         record[1][k] = towards.x;
         record[2][k] = towards.y;
@@ -221,16 +234,15 @@ kernel void draw_blocks(global const uint* restrict marginal, global const uint*
 ///   texel  [count]
 ///   within [2 * count]  pairs: of the way down the row, along the column
 /// Range: one work-item per point.
-kernel void locate_points(global const uint* marginal, global const uint* marginal_guide, uint height, uint row_bits,
-                          global const uint* conditional, global const uint* conditional_guide, uint width,
-                          uint column_bits, global const uint* u, uint count, global uint* texel,
-                          global float* within) {
+kernel void locate_points(global const uint* marginal, global const uint* marginal_guide,
+                          global const uint* conditional, global const uint* conditional_guide, DrawSettings by,
+                          global const uint* u, uint count, global uint* texel, global float* within) {
     const uint at = (uint)get_global_id(0);
     if (at >= count) return;
-    const Tables tables = {marginal, marginal_guide, conditional, conditional_guide, width, height, row_bits, column_bits};
+    const Tables tables = tables_of(marginal, marginal_guide, conditional, conditional_guide, by);
     const Point point = {u[2 * at], u[2 * at + 1]};
     const Draw draw = draw_texel(tables, point);
-    texel[at] = draw.row * width + draw.column;
+    texel[at] = draw.row * by.width + draw.column;
     within[2 * at] = draw.down;
     within[2 * at + 1] = draw.along;
 }

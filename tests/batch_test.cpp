@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "digest.hpp"
+#include "base/digest.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
 #include "run_program.hpp"

@@ -1,4 +1,4 @@
-#include "budget.hpp"
+#include "base/available_memory.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "atomic_file.hpp"
+#include "base/atomic_file.hpp"
 #include "run_program.hpp"
 
 namespace clerestory {

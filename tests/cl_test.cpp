@@ -73,9 +73,9 @@ TEST_F(Cl, AWrongCountOfArgumentsIsRefused) {
 
 TEST_F(Cl, AStructOfAnotherNameIsRefused) {
     const Program program(device_, "stage1_weight.cl");
-    using Wrong = Kernel<Buffer<RowWeight>, cl_uint, cl_uint, cl_uint, Buffer<Census>>;
-    EXPECT_THAT(device_error([&] { Wrong(device_, program, "join_census"); }),
-                HasSubstr("argument 0 is Census* there and RowWeight* here"));
+    using Wrong = Kernel<Buffer<RowWeight>, cl_uint, cl_uint, cl_uint, Buffer<TexelCounts>>;
+    EXPECT_THAT(device_error([&] { Wrong(device_, program, "join_counts"); }),
+                HasSubstr("argument 0 is TexelCounts* there and RowWeight* here"));
 }
 
 TEST_F(Cl, AnUnknownKernelIsNamed) {

@@ -9,13 +9,25 @@
 #include "lit_sphere.hpp"
 #include "maps.hpp"
 #include "reference/harmonic.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "shading/pixels.hpp"
+#include "shading/shared.hpp"
+#include "shading/stage4_per_pixel.hpp"
 
 namespace clerestory {
 namespace {
 
 using test::Lit;
 using test::Pixels;
+
+/// The map's control variate, which must outlive what it lends.
+struct Control {
+    Control(Lit& lit, unsigned degree)
+        : shader(lit.shader), map(lit.shader.project(lit.on_device, lit.distribution, {degree, 0})) {}
+    [[nodiscard]] ControlVariate lend() { return map.degree == 0 ? ControlVariate{} : ControlVariate{&shader, &map}; }
+    HarmonicShader& shader;
+    ProjectedMap map;
+};
 
 constexpr double pi = std::numbers::pi;
 
@@ -48,7 +60,7 @@ std::vector<Case> cases() {
     };
 }
 
-class ControlVariate : public testing::TestWithParam<Case> {};
+class ControlVariates : public testing::TestWithParam<Case> {};
 
 /// Mean and variance of the mean, pixel by pixel and channel by channel, and the same of the whole picture's mean.
 struct Moments {
@@ -98,51 +110,53 @@ void expect_unbiased(const Moments& moments, const Pixels& truth) {
     EXPECT_LT(squares, STANDARD_ERRORS);
 }
 
-TEST_P(ControlVariate, PerPixelIsUnbiased) {
+TEST_P(ControlVariates, PerPixelIsUnbiased) {
     Lit lit(GetParam().make());
     const SphereView view(lit.device, 15);
     const Pixels truth = test::quadrature(lit.map, GetParam().rotate_y_deg, test::normals_of(view));
-    Buffer<cl_float> white = view.planes(lit.device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
     SamplingOptions options;
     options.control_degree = GetParam().degree;
     options.rotate_y_deg = GetParam().rotate_y_deg;
     PerPixelShader shader(lit.device, lit.on_device, lit.distribution, options);
+    Control control(lit, options.control_degree);
     Moments moments;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         shader.reseed(seed);
-        shader.shade(view, 15, white);
-        moments.add(test::pixels_of(lit, view, white));
+        shader.shade(view, 15, unit_albedo_radiance, control.lend());
+        moments.add(test::pixels_of(lit, view, unit_albedo_radiance));
     }
     expect_unbiased(moments, truth);
 }
 
-TEST_P(ControlVariate, SharedIsUnbiased) {
+TEST_P(ControlVariates, SharedIsUnbiased) {
     Lit lit(GetParam().make());
     const SphereView view(lit.device, 15);
     const Pixels truth = test::quadrature(lit.map, GetParam().rotate_y_deg, test::normals_of(view));
-    Buffer<cl_float> white = view.planes(lit.device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
     SamplingOptions options;
     options.control_degree = GetParam().degree;
     options.rotate_y_deg = GetParam().rotate_y_deg;
     Sampler sampler(lit.device, lit.on_device, lit.distribution, options);
     SharedShader shader(lit.device);
+    Control control(lit, options.control_degree);
     Moments moments;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         sampler.reseed(seed);
-        shader.shade(sampler, lit.distribution, view, 64, white);
-        moments.add(test::pixels_of(lit, view, white));
+        shader.shade(sampler, lit.distribution, view, 64, unit_albedo_radiance, control.lend());
+        moments.add(test::pixels_of(lit, view, unit_albedo_radiance));
     }
     expect_unbiased(moments, truth);
 }
 
-INSTANTIATE_TEST_SUITE_P(Maps, ControlVariate, testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(Maps, ControlVariates, testing::ValuesIn(cases()),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST(ControlVariate, ASampleCountsTheClampedCosineLessItsSeries) {
+TEST(ControlVariates, ASampleCountsTheClampedCosineLessItsSeries) {
     Lit lit(test::random_map(64, 32, 9));
     const SphereView view(lit.device, 31);
     const Pixels normals = test::normals_of(view);
-    Buffer<cl_float> white = view.planes(lit.device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
     SharedShader shader(lit.device);
     for (const unsigned degree : {1U, 2U, 8U, 13U, 20U}) {
         SamplingOptions options;
@@ -152,10 +166,11 @@ TEST(ControlVariate, ASampleCountsTheClampedCosineLessItsSeries) {
         const std::vector<float> w = set.direction.download();
         const std::vector<float> radiance = set.radiance.download();
         const double weight = static_cast<double>(radiance[1]) / (pi * static_cast<double>(set.pdf.download()[0]));
-        shader.shade(sampler, lit.distribution, view, 1, white);
-        const Pixels shaded = test::pixels_of(lit, view, white);
-        lit.shader.shade_series(sampler.control(lit.shader), 0, view, white);
-        const Pixels series = test::pixels_of(lit, view, white);
+        Control control(lit, degree);
+        shader.shade(sampler, lit.distribution, view, 1, unit_albedo_radiance, control.lend());
+        const Pixels shaded = test::pixels_of(lit, view, unit_albedo_radiance);
+        lit.shader.shade_series(control.map, 0, view, unit_albedo_radiance);
+        const Pixels series = test::pixels_of(lit, view, unit_albedo_radiance);
         for (std::size_t p = 0; p < normals.size(); ++p) {
             const double x = normals[p][0] * static_cast<double>(w[0]) + normals[p][1] * static_cast<double>(w[1]) +
                              normals[p][2] * static_cast<double>(w[2]);
@@ -170,12 +185,14 @@ TEST(ControlVariate, ASampleCountsTheClampedCosineLessItsSeries) {
 double per_pixel_error(Lit& lit, const SphereView& view, const Pixels& truth, unsigned degree) {
     SamplingOptions options;
     options.control_degree = degree;
-    Buffer<cl_float> white = view.planes(lit.device);
-    PerPixelShader(lit.device, lit.on_device, lit.distribution, options).shade(view, 32, white);
-    return test::relative_rmse(test::pixels_of(lit, view, white), truth);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
+    Control control(lit, degree);
+    PerPixelShader(lit.device, lit.on_device, lit.distribution, options)
+        .shade(view, 32, unit_albedo_radiance, control.lend());
+    return test::relative_rmse(test::pixels_of(lit, view, unit_albedo_radiance), truth);
 }
 
-TEST(ControlVariate, DegreeEightIsFifteenTimesBelowPlainOnPhotographedMaps) {
+TEST(ControlVariates, DegreeEightIsFifteenTimesBelowPlainOnPhotographedMaps) {
     for (auto& [name, map] : test::bundled_maps()) {
         Lit lit(std::move(map));
         const SphereView view(lit.device, 11);
@@ -186,16 +203,30 @@ TEST(ControlVariate, DegreeEightIsFifteenTimesBelowPlainOnPhotographedMaps) {
     }
 }
 
-TEST(ControlVariate, DegreeOutOfRangeIsRefused) {
+TEST(ControlVariates, DegreeOutOfRangeIsRefused) {
     Lit lit(test::constant_map(2, 1, 1));
     SamplingOptions options;
     options.control_degree = SamplingOptions::MAX_CONTROL_DEGREE + 1;
     EXPECT_THROW(PerPixelShader(lit.device, lit.on_device, lit.distribution, options), UsageError);
     Sampler sampler(lit.device, lit.on_device, lit.distribution, options);
     const SphereView view(lit.device, 3);
-    Buffer<cl_float> white = view.planes(lit.device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
     SharedShader shader(lit.device);
-    EXPECT_THROW(shader.shade(sampler, lit.distribution, view, 4, white), UsageError);
+    EXPECT_THROW(shader.shade(sampler, lit.distribution, view, 4, unit_albedo_radiance), UsageError);
+}
+
+TEST(ControlVariates, AnotherDegreesControlVariateIsRefused) {
+    Lit lit(test::constant_map(2, 1, 1));
+    const SphereView view(lit.device, 3);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
+    Sampler sampler(lit.device, lit.on_device, lit.distribution, {.control_degree = 8});
+    PerPixelShader fresh(lit.device, lit.on_device, lit.distribution, {.control_degree = 8});
+    SharedShader shared(lit.device);
+    Control other(lit, 2);
+    for (const ControlVariate& wrong : {ControlVariate{}, other.lend()}) {
+        EXPECT_THROW(shared.shade(sampler, lit.distribution, view, 4, unit_albedo_radiance, wrong), UsageError);
+        EXPECT_THROW(fresh.shade(view, 4, unit_albedo_radiance, wrong), UsageError);
+    }
 }
 
 }  // namespace

@@ -6,7 +6,8 @@
 
 #include "maps.hpp"
 #include "reference/display.hpp"
-#include "sphere.hpp"
+#include "shading/display.hpp"
+#include "shading/pixels.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -90,8 +91,8 @@ TEST_F(DisplayTest, ComposeScalesAndPlacesEveryPixelOfTheSphereOnly) {
         const SphereView view(device_, size);
         std::vector<float> planes(3 * view.stride);
         std::iota(planes.begin(), planes.end(), 1.0F);
-        const Buffer<cl_float> white(device_, "white", std::span<const cl_float>(planes));
-        const auto rgba = display_.compose(view, white, 0.75, 3);
+        const Buffer<cl_float> unit_albedo_radiance(device_, "white", std::span<const cl_float>(planes));
+        const auto rgba = display_.compose(view, unit_albedo_radiance, 0.75, 3);
         const auto pixels = view.pixel.download();
         std::vector<float> wanted(4 * size * size, 0.0F);
         for (std::size_t at = 0; at < view.count; ++at) {
@@ -107,7 +108,7 @@ TEST_F(DisplayTest, ComposeScalesAndPlacesEveryPixelOfTheSphereOnly) {
 TEST_F(DisplayTest, ComposeReachesBothEndsOfFloat32) {
     const SphereView view(device_, 1);
     std::vector<float> planes(3 * view.stride, 1.0F);
-    const Buffer<cl_float> white(device_, "white", std::span<const cl_float>(planes));
+    const Buffer<cl_float> unit_albedo_radiance(device_, "white", std::span<const cl_float>(planes));
     struct Case {
         double gain;
         int exponent;
@@ -116,7 +117,8 @@ TEST_F(DisplayTest, ComposeReachesBothEndsOfFloat32) {
     for (const Case& c : {Case{1, 126, std::ldexp(1, 126)}, Case{1, -126, std::ldexp(1, -126)},
                           Case{std::ldexp(1, 100), -126, std::ldexp(1, -26)},
                           Case{std::ldexp(1, -100), 126, std::ldexp(1, 26)}, Case{0, 126, 0}}) {
-        EXPECT_EQ(static_cast<double>(display_.compose(view, white, c.gain, c.exponent)[0]), c.wanted) << c.gain;
+        EXPECT_EQ(static_cast<double>(display_.compose(view, unit_albedo_radiance, c.gain, c.exponent)[0]), c.wanted)
+            << c.gain;
     }
 }
 

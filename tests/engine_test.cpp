@@ -34,7 +34,7 @@ RadianceMap constant(std::size_t width, std::size_t height, float value) {
 
 TEST(Engine, AConstantMapHasItsIntegralAndLightsEveryPixelAlike) {
     Engine engine(test::test_options());
-    const Environment environment = engine.environment(constant(8, 4, 2));
+    const EnvironmentMap environment = engine.environment(constant(8, 4, 2));
     EXPECT_NEAR(environment.phi(), 2 * 4 * std::numbers::pi, 1e-5);
     EXPECT_FALSE(environment.black());
     const Rendered picture = engine.render(environment, {.estimator = Estimator::exact, .size = 9, .albedo = 0.5});
@@ -48,7 +48,7 @@ TEST(Engine, AConstantMapHasItsIntegralAndLightsEveryPixelAlike) {
 
 TEST(Engine, RecordsEstimateTheMapsIntegral) {
     Engine engine(test::test_options());
-    const Environment environment = engine.environment(ramp(32, 16));
+    const EnvironmentMap environment = engine.environment(ramp(32, 16));
     const Samples samples = engine.draw(environment, 4096, {.sequence = Sequence::sobol});
     EXPECT_EQ(samples.count(), 4096U);
     double sum = 0;
@@ -64,9 +64,9 @@ TEST(Engine, RecordsEstimateTheMapsIntegral) {
 
 TEST(Engine, SetsOfDifferentOptionsDoNotMix) {
     Engine engine(test::test_options());
-    const Environment first = engine.environment(ramp(32, 16));
-    const Environment second = engine.environment(constant(16, 8, 1));
-    const auto texels = [&](const Environment& environment, std::uint64_t seed) {
+    const EnvironmentMap first = engine.environment(ramp(32, 16));
+    const EnvironmentMap second = engine.environment(constant(16, 8, 1));
+    const auto texels = [&](const EnvironmentMap& environment, std::uint64_t seed) {
         std::vector<std::size_t> places;
         for (const auto& s : engine.draw(environment, 64, {.seed = seed}).records())
             places.push_back(s.row * 64 + s.column);
@@ -93,7 +93,7 @@ TEST(Engine, WhatItMadeOutlivesIt) {
 TEST(Engine, ThePictureIsThatOfTheProgram) {
     const test::TempFolder folder;
     Engine engine(test::test_options());
-    const Environment environment = engine.environment(read_map(bundled_map("sunset")));
+    const EnvironmentMap environment = engine.environment(read_map(bundled_map("sunset")));
     RenderOptions options;
     options.samples = 64;
     options.size = 33;
@@ -111,7 +111,7 @@ TEST(Engine, ThePictureIsThatOfTheProgram) {
 
 TEST(Engine, PreviewsFollowTheToneCurve) {
     Engine engine(test::test_options());
-    const Environment environment = engine.environment(constant(16, 8, 0.25F));
+    const EnvironmentMap environment = engine.environment(constant(16, 8, 0.25F));
     const Rendered picture = engine.render(environment, {.estimator = Estimator::exact, .size = 5});
     const auto bytes = engine.preview(picture, {.exposure = 2, .gamma = 1});
     ASSERT_EQ(bytes.size(), 4U * 25);
@@ -122,7 +122,7 @@ TEST(Engine, PreviewsFollowTheToneCurve) {
 
 TEST(Engine, MarksAreGreenWhereSamplesLie) {
     Engine engine(test::test_options());
-    const Environment environment = engine.environment(constant(64, 32, 0.5F));
+    const EnvironmentMap environment = engine.environment(constant(64, 32, 0.5F));
     const Samples samples = engine.draw(environment, 4);
     const auto bytes = engine.marked_map(environment, samples);
     ASSERT_EQ(bytes.size(), 4U * 64 * 32);
@@ -134,7 +134,7 @@ TEST(Engine, MarksAreGreenWhereSamplesLie) {
 
 TEST(Engine, ATargetIsReached) {
     Engine engine(test::test_options());
-    const Environment environment = engine.environment(ramp(64, 32));
+    const EnvironmentMap environment = engine.environment(ramp(64, 32));
     RenderOptions asked;
     asked.size = 33;
     const TargetChoice choice = engine.choose(environment, asked, 0.05);
@@ -142,13 +142,6 @@ TEST(Engine, ATargetIsReached) {
     EXPECT_EQ(choice.method.size, 33U);
     EXPECT_FALSE(choice.choice.empty());
     EXPECT_THROW(engine.choose(environment, asked, 0), UsageError);
-}
-
-TEST(Engine, TablesOfAnEvenMapLoseNothingInFloat32) {
-    Engine engine(test::test_options());
-    const TableFacts facts = engine.measure_tables(engine.environment(constant(64, 32, 1)));
-    EXPECT_EQ(facts.undrawable_f32, 0U);
-    EXPECT_GT(facts.build_seconds, 0);
 }
 
 TEST(Engine, BadTexelsAreRefusedOrBlackened) {
@@ -159,20 +152,76 @@ TEST(Engine, BadTexelsAreRefusedOrBlackened) {
         return map;
     };
     EXPECT_THROW(engine.environment(broken()), InputError);
-    const Environment repaired = engine.environment(broken(), {.bad_texels = BadTexels::zero});
+    const EnvironmentMap repaired = engine.environment(broken(), {.bad_texels = BadTexels::zero});
     EXPECT_EQ(repaired.repaired(), 1U);
     EXPECT_EQ(repaired.map().rgb[30], 0);
 }
 
 TEST(Engine, WhatCannotBeDoneIsSaid) {
     Engine engine(test::test_options());
-    const Environment black = engine.environment(constant(4, 2, 0));
+    const EnvironmentMap black = engine.environment(constant(4, 2, 0));
     EXPECT_TRUE(black.black());
     EXPECT_THROW(engine.draw(black, 4), InputError);
     EXPECT_THROW(engine.draw(engine.environment(ramp(4, 2)), 0), UsageError);
     EXPECT_THROW(engine.write("sphere.jpg", engine.render(black, {.size = 3})), UsageError);
     EXPECT_THROW(Engine({.selector = "first"}), UsageError);
     EXPECT_THROW(Engine({.selector = "9:9"}), DeviceError);
+}
+
+TEST(Engine, OptionsOutOfTheirRangesAreRefused) {
+    Engine engine(test::test_options());
+    const EnvironmentMap environment = engine.environment(ramp(8, 4));
+    const double nan = std::nan("");
+    const std::vector<RenderOptions> wrong = {{.samples = 0},
+                                              {.samples = (std::size_t{1} << 30) + 1},
+                                              {.size = 0},
+                                              {.size = 16385},
+                                              {.albedo = -1},
+                                              {.albedo = nan},
+                                              {.scale = nan},
+                                              {.scale = 1e31},
+                                              {.sampling = {.rotate_y_deg = nan}},
+                                              {.sampling = {.rotate_y_deg = 1e7}},
+                                              {.sampling = {.control_degree = 21}},
+                                              {.harmonic = {.degree = 41}},
+                                              {.harmonic = {.lights = 4097}}};
+    for (const RenderOptions& options : wrong) {
+        EXPECT_THROW(engine.render(environment, options), UsageError);
+        EXPECT_THROW(engine.choose(environment, options, 0.01), UsageError);
+    }
+    EXPECT_THROW(engine.draw(environment, 0), UsageError);
+    EXPECT_THROW(engine.draw(environment, 4, {.rotate_y_deg = nan}), UsageError);
+    const Rendered picture = engine.render(environment, {.size = 3});
+    EXPECT_THROW(engine.preview(picture, {.exposure = nan}), UsageError);
+    EXPECT_THROW(engine.preview(picture, {.gamma = 0}), UsageError);
+}
+
+TEST(Engine, ArraysThatDoNotFitTheirSizesAreRefused) {
+    Engine engine(test::test_options());
+    EXPECT_THROW(engine.environment({}), UsageError);
+    RadianceMap wide = ramp(8, 4);
+    wide.width = 9;
+    EXPECT_THROW(engine.environment(std::move(wide)), UsageError);
+    RadianceMap endless = ramp(8, 4);
+    endless.width = endless.height = std::size_t{1} << 63;
+    EXPECT_THROW(engine.environment(std::move(endless)), UsageError);
+    Rendered picture = engine.render(engine.environment(ramp(8, 4)), {.size = 3});
+    picture.size = 4;
+    EXPECT_THROW(engine.preview(picture), UsageError);
+    EXPECT_THROW(engine.write("picture.png", picture), UsageError);
+}
+
+TEST(Engine, WhatAnotherMadeIsRefused) {
+    Engine engine(test::test_options());
+    Engine other(test::test_options());
+    const EnvironmentMap foreign = other.environment(ramp(8, 4));
+    EXPECT_THROW(engine.render(foreign), UsageError);
+    EXPECT_THROW(engine.draw(foreign, 4), UsageError);
+    EXPECT_THROW(engine.choose(foreign, {}, 0.1), UsageError);
+    const EnvironmentMap own = engine.environment(ramp(8, 4));
+    const Samples samples = engine.draw(own, 4);
+    EXPECT_THROW(engine.marked_map(foreign, samples), UsageError);
+    EXPECT_THROW(engine.marked_map(engine.environment(ramp(4, 2)), samples), UsageError);
 }
 
 }  // namespace

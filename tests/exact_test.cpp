@@ -1,4 +1,4 @@
-#include "exact.hpp"
+#include "shading/exact.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "reference/irradiance.hpp"
+#include "shading/pixels.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -63,10 +64,10 @@ struct Lit {
 Lit exact_irradiance(const Device& device, const RadianceMap& map, double rotate_y_deg, const SphereView& view) {
     const DeviceMap on_device(device, map);
     const Distribution distribution = TableBuilder(device).build(on_device);
-    auto white = view.planes(device);
-    ExactIntegrator(device).shade(on_device, distribution, rotate_y_deg, view, white);
+    auto unit_albedo_radiance = view.planes(device);
+    ExactIntegrator(device).shade(on_device, distribution, rotate_y_deg, view, unit_albedo_radiance);
     const auto normals = view.normal.download();
-    const auto values = white.download();
+    const auto values = unit_albedo_radiance.download();
     Lit lit;
     for (std::size_t i = 0; i < view.count; ++i) {
         Vector n{};
@@ -381,10 +382,10 @@ TEST(Exact, ProgressEndsAtTheEstimate) {
     const DeviceMap on_device(device, map);
     const Distribution distribution = TableBuilder(device).build(on_device);
     const SphereView view(device, 9);
-    auto white = view.planes(device);
+    auto unit_albedo_radiance = view.planes(device);
     double last = 0;
     double total = 0;
-    ExactIntegrator(device).shade(on_device, distribution, 0, view, white, [&](double done, double all) {
+    ExactIntegrator(device).shade(on_device, distribution, 0, view, unit_albedo_radiance, [&](double done, double all) {
         EXPECT_GT(done, last);
         last = done;
         total = all;

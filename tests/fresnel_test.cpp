@@ -1,4 +1,4 @@
-#include "fresnel.hpp"
+#include "fresnel/fresnel.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "error.hpp"
-#include "reference/fresnel.hpp"
+#include "fresnel/reflectance.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -77,8 +77,7 @@ TEST_P(Fresnel, CurvesAreWithinFourUlpOfTheLongDoubleReference) {
         for (const auto& media : {Media{1, ratio}, Media{ratio, 1}}) {
             const auto curves = fresnel_curves(device_, media, hard_angles(media), GetParam());
             for (std::size_t i = 0; i < curves.angle_deg.size(); ++i) {
-                const auto expected =
-                    reference::fresnel(media.ior_incident, media.ior_transmitted, curves.angle_deg[i]);
+                const auto expected = reflectance(media.ior_incident, media.ior_transmitted, curves.angle_deg[i]);
                 const double ulps = std::max({ulps_from(curves.parallel[i], expected.parallel),
                                               ulps_from(curves.perpendicular[i], expected.perpendicular),
                                               ulps_from(curves.mean[i], expected.mean),
@@ -175,7 +174,7 @@ TEST(FresnelFacts, NoAngleOfAFineGridHasALargerSchlickError) {
         for (const auto& media : {Media{1, ratio}, Media{ratio, 1}}) {
             const auto facts = fresnel_facts(media);
             for (const double angle : hard_angles(media)) {
-                const auto r = reference::fresnel(media.ior_incident, media.ior_transmitted, angle);
+                const auto r = reflectance(media.ior_incident, media.ior_transmitted, angle);
                 const auto error = static_cast<double>(std::abs(r.schlick - r.mean));
                 // A double's rounding of the answer, nothing else.
                 constexpr double ROUNDING = 1 + 4e-16;

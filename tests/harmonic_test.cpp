@@ -1,4 +1,4 @@
-#include "harmonic.hpp"
+#include "shading/harmonic.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,11 @@
 #include <limits>
 #include <numbers>
 
-#include "legendre.hpp"
 #include "lit_sphere.hpp"
 #include "maps.hpp"
 #include "reference/harmonic.hpp"
+#include "shading/legendre.hpp"
+#include "shading/pixels.hpp"
 
 namespace clerestory {
 namespace {
@@ -76,7 +77,7 @@ class HarmonicProjection : public testing::TestWithParam<Size> {};
 TEST_P(HarmonicProjection, AgreesWithTheDoubleReference) {
     constexpr unsigned degree = 20;
     Lit lit(test::random_map(GetParam().width, GetParam().height, 7));
-    const HarmonicLight light = lit.shader.project(lit.on_device, lit.distribution, {degree, 0});
+    const ProjectedMap light = lit.shader.project(lit.on_device, lit.distribution, {degree, 0});
     const auto expected = reference::harmonic_coefficients(lit.map, degree);
     double energy = 0;
     for (const auto& e : expected) {
@@ -104,17 +105,17 @@ INSTANTIATE_TEST_SUITE_P(Sizes, HarmonicProjection,
 TEST(Harmonic, SeriesIsEvaluatedToRoundingAtEveryDegreeAndRotation) {
     Lit lit(test::random_map(16, 8, 3));
     const SphereView view(lit.device, 31);
-    Buffer<cl_float> white = view.planes(lit.device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
     for (const unsigned degree : {0U, 1U, 2U, 7U, 8U, 30U, 40U}) {
-        const HarmonicLight light = lit.shader.project(lit.on_device, lit.distribution, {degree, 0});
+        const ProjectedMap light = lit.shader.project(lit.on_device, lit.distribution, {degree, 0});
         for (const double rotation : {0.0, 90.0, -37.5}) {
-            lit.shader.shade_series(light, rotation, view, white);
+            lit.shader.shade_series(light, rotation, view, unit_albedo_radiance);
             auto expected =
                 reference::harmonic_irradiance(light.coefficients, degree, rotation * pi / 180, normals_of(view));
             for (auto& pixel : expected) {
                 for (double& channel : pixel) channel = lit.unscaled(channel);
             }
-            EXPECT_LT(relative_rmse(pixels_of(lit, view, white), expected), EVALUATION_TOLERANCE)
+            EXPECT_LT(relative_rmse(pixels_of(lit, view, unit_albedo_radiance), expected), EVALUATION_TOLERANCE)
                 << "degree " << degree << " rotation " << rotation;
         }
     }
@@ -124,10 +125,10 @@ TEST(Harmonic, ConstantMapGivesItsOwnRadianceWhateverTheScale) {
     for (const float value : {1e-40F, 0.7F, 3e38F}) {
         Lit lit(test::constant_map(8, 4, value));
         const SphereView view(lit.device, 15);
-        Buffer<cl_float> white = view.planes(lit.device);
-        const HarmonicLight light = lit.shader.project(lit.on_device, lit.distribution);
-        lit.shader.shade(light, 10, view, white);
-        for (const auto& pixel : pixels_of(lit, view, white)) {
+        Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
+        const ProjectedMap light = lit.shader.project(lit.on_device, lit.distribution);
+        lit.shader.shade(light, 10, view, unit_albedo_radiance);
+        for (const auto& pixel : pixels_of(lit, view, unit_albedo_radiance)) {
             for (const double channel : pixel) {
                 EXPECT_NEAR(channel / static_cast<double>(value), 1, 2 * EVALUATION_TOLERANCE);
             }
@@ -139,17 +140,17 @@ TEST(Harmonic, ConstantMapGivesItsOwnRadianceWhateverTheScale) {
 TEST(Harmonic, BlackMapGivesABlackSphere) {
     Lit lit(test::constant_map(8, 4, 0));
     const SphereView view(lit.device, 15);
-    Buffer<cl_float> white = view.planes(lit.device);
-    const HarmonicLight light = lit.shader.project(lit.on_device, lit.distribution);
-    lit.shader.shade(light, 0, view, white);
-    EXPECT_THAT(white.download(), testing::Each(0.0F));
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
+    const ProjectedMap light = lit.shader.project(lit.on_device, lit.distribution);
+    lit.shader.shade(light, 0, view, unit_albedo_radiance);
+    EXPECT_THAT(unit_albedo_radiance.download(), testing::Each(0.0F));
     EXPECT_EQ(light.truncation_bound, 0);
 }
 
 TEST(Harmonic, LightsAreTheBrightestTexelsAndNoLightIsLost) {
     Lit lit(test::random_map(1024, 64, 11));
-    const HarmonicLight whole = lit.shader.project(lit.on_device, lit.distribution, {8, 0});
-    const HarmonicLight split = lit.shader.project(lit.on_device, lit.distribution, {8, 1000});
+    const ProjectedMap whole = lit.shader.project(lit.on_device, lit.distribution, {8, 0});
+    const ProjectedMap split = lit.shader.project(lit.on_device, lit.distribution, {8, 1000});
     EXPECT_TRUE(whole.lights.empty());
     // Texels of this map are longer in theta than a light may be: each becomes four.
     EXPECT_GT(split.light_texels, 100U);
@@ -165,7 +166,7 @@ TEST(Harmonic, LightsAreTheBrightestTexelsAndNoLightIsLost) {
     for (std::size_t t = 0; t < split.light_texels; ++t) excess += static_cast<double>(all[t]) - threshold;
     double taken = 0;
     std::array<double, 3> flux{};
-    for (const DirectLight& light : split.lights) {
+    for (const AreaTexel& light : split.lights) {
         for (std::size_t k = 0; k < 3; ++k) {
             const double radiance = lit.unscaled(static_cast<double>(light.radiance[k]));
             taken += radiance / 4;
@@ -196,27 +197,27 @@ TEST(Harmonic, TheSameMapGivesTheSameBits) {
 TEST(Harmonic, NoPixelIsNegativeWhereTheCutSeriesIs) {
     Lit lit(test::lone_texel_map(64, 32, 3, 5, 1e12F));
     const SphereView view(lit.device, 63);
-    Buffer<cl_float> white = view.planes(lit.device);
-    const HarmonicLight light = lit.shader.project(lit.on_device, lit.distribution, {20, 0});
-    lit.shader.shade_series(light, 0, view, white);
-    const std::vector<float> series = white.download();
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
+    const ProjectedMap light = lit.shader.project(lit.on_device, lit.distribution, {20, 0});
+    lit.shader.shade_series(light, 0, view, unit_albedo_radiance);
+    const std::vector<float> series = unit_albedo_radiance.download();
     EXPECT_LT(*std::min_element(series.begin(), series.end()), 0);
-    lit.shader.shade(light, 0, view, white);
-    const std::vector<float> shaded = white.download();
+    lit.shader.shade(light, 0, view, unit_albedo_radiance);
+    const std::vector<float> shaded = unit_albedo_radiance.download();
     EXPECT_GE(*std::min_element(shaded.begin(), shaded.end()), 0);
 }
 
 TEST(Harmonic, ASunOverADimSkyIsRightOnBothSides) {
     Lit lit(test::sun_map(128, 64, 20, 1, 1e9F, 0.05F, false));
     const SphereView view(lit.device, 31);
-    Buffer<cl_float> white = view.planes(lit.device);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
     const double rotation = 90;
-    lit.shader.shade(lit.shader.project(lit.on_device, lit.distribution), rotation, view, white);
+    lit.shader.shade(lit.shader.project(lit.on_device, lit.distribution), rotation, view, unit_albedo_radiance);
     const auto truth = quadrature(lit.map, rotation, normals_of(view));
     // Lights of side 2 pi / 512 count as points: 3e-4 where one stands alone (harmonic.cpp), the quadrature's cells
     // too.
-    EXPECT_LT(relative_rmse(pixels_of(lit, view, white), truth), 1e-3);
-    const auto pixels = pixels_of(lit, view, white);
+    EXPECT_LT(relative_rmse(pixels_of(lit, view, unit_albedo_radiance), truth), 1e-3);
+    const auto pixels = pixels_of(lit, view, unit_albedo_radiance);
     // Facing away from the sun there is only the sky, which float32 sums over the map must not lose.
     std::size_t facing_away = 0;
     for (std::size_t p = 0; p < truth.size(); ++p) {
@@ -231,10 +232,11 @@ TEST(Harmonic, DefaultsReachTheContractsErrorOnPhotographedMaps) {
     for (auto& [name, map] : test::bundled_maps()) {
         Lit lit(std::move(map));
         const SphereView view(lit.device, 11);
-        Buffer<cl_float> white = view.planes(lit.device);
-        const HarmonicLight light = lit.shader.project(lit.on_device, lit.distribution);
-        lit.shader.shade(light, 0, view, white);
-        const double error = relative_rmse(pixels_of(lit, view, white), quadrature(lit.map, 0, normals_of(view)));
+        Buffer<cl_float> unit_albedo_radiance = view.planes(lit.device);
+        const ProjectedMap light = lit.shader.project(lit.on_device, lit.distribution);
+        lit.shader.shade(light, 0, view, unit_albedo_radiance);
+        const double error =
+            relative_rmse(pixels_of(lit, view, unit_albedo_radiance), quadrature(lit.map, 0, normals_of(view)));
         EXPECT_LT(error, DEFAULTS_RMSE) << name;
         EXPECT_LT(error, light.truncation_bound + 1e-5) << name;
         EXPECT_LT(error, 3 * light.truncation_estimate + 1e-5) << name;

@@ -1,5 +1,5 @@
 // Whether a driver that computes wrongly is noticed: programs with a mistake are put in the place of the kernels' own.
-#include "known_answers.hpp"
+#include "render/known_answers.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,11 +9,11 @@
 #include <string>
 
 #include "cl/program.hpp"
-#include "distribution.hpp"
 #include "error.hpp"
 #include "maps.hpp"
 #include "run_program.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "tables/stage2_cdf.hpp"
 #include "test_device.hpp"
 
 namespace clerestory::test {

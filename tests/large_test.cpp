@@ -6,7 +6,9 @@
 #include "chi_square.hpp"
 #include "lit_map.hpp"
 #include "maps.hpp"
-#include "sphere.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "shading/pixels.hpp"
+#include "shading/shared.hpp"
 #include "test_device.hpp"
 
 // Maps of 134 million texels. Label `large`: left out of the default suite, run by tests/run_large.sh.
@@ -29,10 +31,10 @@ long peak_kib() {
 /// The sphere that a map lights: finite everywhere, and lit somewhere.
 void expect_renders(const Device& device, LitMap& lit) {
     const SphereView view(device, 33);
-    auto white = view.planes(device);
-    SharedShader(device).shade(lit.sampler, lit.distribution, view, 1024, white);
+    auto unit_albedo_radiance = view.planes(device);
+    SharedShader(device).shade(lit.sampler, lit.distribution, view, 1024, unit_albedo_radiance);
     double sum = 0;
-    for (const float value : white.download()) {
+    for (const float value : unit_albedo_radiance.download()) {
         ASSERT_TRUE(std::isfinite(value));
         sum += value;
     }

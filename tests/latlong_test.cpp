@@ -5,7 +5,9 @@
 
 #include "cl/program.hpp"
 #include "lit_map.hpp"
+#include "map/latlong.hpp"
 #include "maps.hpp"
+#include "sampling/stage3_sample.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {

@@ -1,5 +1,5 @@
 // Light lists, read back as another renderer would: shaded with in double they give the program's own picture.
-#include "light_list.hpp"
+#include "picture/light_list.hpp"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -41,9 +41,9 @@ struct Case {
 void PrintTo(const Case& what, std::ostream* out) { *out << what.name; }
 
 /// The picture of a diffuse sphere under the lights, compared with `picture` pixel by pixel.
-void expect_same_sphere(const std::vector<Light>& lights, const Picture& picture) {
+void expect_same_sphere(const std::vector<DirectionalLight>& lights, const Picture& picture) {
     double total[3] = {};
-    for (const Light& light : lights) {
+    for (const DirectionalLight& light : lights) {
         for (std::size_t c = 0; c < 3; ++c) total[c] += light.weight[c];
     }
     std::size_t shown = 0;
@@ -55,7 +55,7 @@ void expect_same_sphere(const std::vector<Light>& lights, const Picture& picture
             const double n[3] = {x, y, std::sqrt(1 - x * x - y * y)};
             ++shown;
             double sum[3] = {};
-            for (const Light& light : lights) {
+            for (const DirectionalLight& light : lights) {
                 double cosine = 0;
                 for (std::size_t c = 0; c < 3; ++c) cosine += n[c] * static_cast<double>(light.direction[c]);
                 for (std::size_t c = 0; c < 3; ++c) sum[c] += light.weight[c] * std::max(cosine, 0.0);
@@ -72,10 +72,10 @@ void expect_same_sphere(const std::vector<Light>& lights, const Picture& picture
     EXPECT_GT(shown, SIDE * SIDE / 2);
 }
 
-std::vector<Light> lights_of_json(const json& list) {
-    std::vector<Light> lights;
+std::vector<DirectionalLight> lights_of_json(const json& list) {
+    std::vector<DirectionalLight> lights;
     for (const auto& entry : list["lights"]) {
-        Light& light = lights.emplace_back();
+        DirectionalLight& light = lights.emplace_back();
         for (std::size_t c = 0; c < 3; ++c) {
             light.direction[c] = entry["direction"][c].get<float>();
             light.weight[c] = entry["weight"][c].get<double>();
@@ -85,7 +85,7 @@ std::vector<Light> lights_of_json(const json& list) {
 }
 
 /// Every pixel of the image as a light.
-std::vector<Light> lights_of_exr(const std::string& file) {
+std::vector<DirectionalLight> lights_of_exr(const std::string& file) {
     Imf::InputFile in(file.c_str());
     const auto window = in.header().dataWindow();
     const auto width = static_cast<std::size_t>(window.max.x + 1);
@@ -100,7 +100,7 @@ std::vector<Light> lights_of_exr(const std::string& file) {
     }
     in.setFrameBuffer(buffer);
     in.readPixels(window.min.y, window.max.y);
-    std::vector<Light> lights(width * height);
+    std::vector<DirectionalLight> lights(width * height);
     for (std::size_t i = 0; i < lights.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             lights[i].direction[c] = planes[c][i];
@@ -172,7 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(LightList, AWeightBeyondFloat32IsRefusedAndNothingIsLeft) {
     const TempFolder folder;
-    Light light;
+    DirectionalLight light;
     light.weight[1] = 1e39;
     try {
         write_lights_exr(folder.path() / "lights.exr", {light}, json::object());

@@ -1,4 +1,4 @@
-#include "lights.hpp"
+#include "shading/stage4_shade.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,11 @@
 
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
-#include "harmonic.hpp"
-#include "legendre.hpp"
 #include "reference/harmonic.hpp"
 #include "reference/shade.hpp"
+#include "shading/harmonic.hpp"
+#include "shading/legendre.hpp"
+#include "shading/pixels.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -63,11 +64,12 @@ struct Uploaded {
         }
         lights.planes.upload(planes);
     }
-    Lights lights;
+    LightBuffer lights;
 };
 
 /// Largest difference of pixels from the reference, over the reference's largest pixel.
-double worst_error(const SphereView& view, const std::vector<float>& white, const std::vector<Light>& lights) {
+double worst_error(const SphereView& view, const std::vector<float>& unit_albedo_radiance,
+                   const std::vector<Light>& lights) {
     const auto normals = view.normal.download();
     long double worst = 0;
     long double largest = 0;
@@ -75,7 +77,8 @@ double worst_error(const SphereView& view, const std::vector<float>& white, cons
         const Vector exact =
             reference::shade({normals[at], normals[view.stride + at], normals[2 * view.stride + at]}, lights);
         for (std::size_t c = 0; c < 3; ++c) {
-            worst = std::max(worst, std::abs(static_cast<long double>(white[c * view.stride + at]) - exact[c]));
+            worst = std::max(worst,
+                             std::abs(static_cast<long double>(unit_albedo_radiance[c * view.stride + at]) - exact[c]));
             largest = std::max(largest, exact[c]);
         }
     }
@@ -87,10 +90,10 @@ class LightsTest : public testing::Test {
     TestDevice device_;
     LightShader shader_{device_};
 
-    std::vector<float> shaded(const SphereView& view, const Lights& lights) {
-        Buffer<cl_float> white = view.planes(device_);
-        shader_.shade(view, lights, false, white);
-        return white.download();
+    std::vector<float> shaded(const SphereView& view, const LightBuffer& lights) {
+        Buffer<cl_float> unit_albedo_radiance = view.planes(device_);
+        shader_.shade(view, lights, false, unit_albedo_radiance);
+        return unit_albedo_radiance.download();
     }
 };
 
@@ -153,9 +156,9 @@ TEST_F(LightsTest, EveryPairAgrees) {
     const SphereView view(device_, 47);
     auto lights = scattered_lights(300, 8);
     const Uploaded uploaded(device_, lights);
-    Buffer<cl_float> white = view.planes(device_);
-    LightShader(device_, true).shade(view, uploaded.lights, false, white);
-    EXPECT_LT(worst_error(view, white.download(), lights), SUM_TOLERANCE);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(device_);
+    LightShader(device_, true).shade(view, uploaded.lights, false, unit_albedo_radiance);
+    EXPECT_LT(worst_error(view, unit_albedo_radiance.download(), lights), SUM_TOLERANCE);
 }
 
 /// The width of registers that accelerators have.
@@ -167,11 +170,11 @@ TEST_F(LightsTest, RegistersOfOnePixelAgree) {
     const Program program(device_, "stage4_shade.cl", "-DPIXELS_WIDE=1 -DREGISTERS=" + std::to_string(REGISTERS));
     Kernel<Floats, Floats, cl_uint, cl_uint, cl_uint, cl_uint, cl_uint, Floats> shade_shared(device_, program,
                                                                                              "shade_shared");
-    Buffer<cl_float> white = view.planes(device_);
+    Buffer<cl_float> unit_albedo_radiance = view.planes(device_);
     const std::size_t items = view.stride / REGISTERS;
     shade_shared({items, 1}, view.normal, uploaded.lights.planes, narrow(uploaded.lights.count),
-                 narrow(uploaded.lights.stride), narrow(view.stride), narrow(items), 0U, white);
-    EXPECT_LT(worst_error(view, white.download(), lights), SUM_TOLERANCE);
+                 narrow(uploaded.lights.stride), narrow(view.stride), narrow(items), 0U, unit_albedo_radiance);
+    EXPECT_LT(worst_error(view, unit_albedo_radiance.download(), lights), SUM_TOLERANCE);
 }
 
 TEST_F(LightsTest, HarmonicsOfLightsAreTheReferences) {

@@ -4,19 +4,20 @@
 #include <utility>
 #include <vector>
 
-#include "distribution.hpp"
 #include "reference/draw.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "tables/stage2_cdf.hpp"
 
 namespace clerestory::test {
 
 /// A map with its distribution and all that draws from it.
 struct LitMap {
-    LitMap(const Device& device, RadianceMap&& made, const SamplingOptions& options = {})
+    LitMap(const Device& device, RadianceMap&& made, const SamplingOptions& options = {},
+           Search search = Search::guided)
         : map(std::move(made)),
           on_device(device, map),
           distribution(TableBuilder(device).build(on_device)),
-          sampler(device, on_device, distribution, options),
+          sampler(device, on_device, distribution, options, search),
           marginal(distribution.marginal.download()),
           conditional(distribution.conditional.download()) {}
     LitMap(const LitMap&) = delete;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "reference/irradiance.hpp"
+#include "shading/pixels.hpp"
 
 namespace clerestory::test {
 
@@ -25,8 +26,8 @@ Pixels normals_of(const SphereView& view) {
     return normals;
 }
 
-Pixels pixels_of(const Lit& lit, const SphereView& view, const Buffer<cl_float>& white) {
-    const std::vector<float> planes = white.download();
+Pixels pixels_of(const Lit& lit, const SphereView& view, const Buffer<cl_float>& unit_albedo_radiance) {
+    const std::vector<float> planes = unit_albedo_radiance.download();
     Pixels pixels(view.count);
     for (std::size_t p = 0; p < view.count; ++p) {
         for (std::size_t c = 0; c < 3; ++c) {

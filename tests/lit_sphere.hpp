@@ -3,9 +3,9 @@
 #include <array>
 #include <vector>
 
-#include "harmonic.hpp"
 #include "image.hpp"
-#include "sphere.hpp"
+#include "shading/harmonic.hpp"
+#include "shading/pixels.hpp"
 #include "test_device.hpp"
 
 /// A map that is ready to light spheres, and the comparison of what came out with the truth.
@@ -30,7 +30,7 @@ using Pixels = std::vector<std::array<double, 3>>;
 Pixels normals_of(const SphereView& view);
 
 /// Pixels of an estimator's planes in the map's own scale.
-Pixels pixels_of(const Lit& lit, const SphereView& view, const Buffer<cl_float>& white);
+Pixels pixels_of(const Lit& lit, const SphereView& view, const Buffer<cl_float>& unit_albedo_radiance);
 
 /// Radiance of a white surface with each of the normals, by reference::irradiance at a resolution of 1e-3: right to
 /// 4e-8 of the brightest texel's radiance.

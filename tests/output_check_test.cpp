@@ -1,5 +1,5 @@
 // No output replaces an input or another output, whatever path, link or command names it.
-#include "output_check.hpp"
+#include "base/output_check.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "plot.hpp"
+#include "draw/plot.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Text in PNG files: how `batch --resume` knows its previews.
-#include "png_text.hpp"
+#include "map/png_text.hpp"
 
 #include <gtest/gtest.h>
 

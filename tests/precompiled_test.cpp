@@ -19,9 +19,7 @@ namespace fs = std::filesystem;
 TEST(Precompiled, KeepsEachProgramOnceItsDeviceIsClosed) {
     const TempFolder folder;
     {
-        DeviceOptions options;
-        options.precompile_into = folder.path();
-        const TestDevice device(options);
+        const TestDevice device({}, {.precompile_into = folder.path()});
         const Program display(device, "display.cl");
         const Program sequence(device, "sequence.cl");
         EXPECT_TRUE(names_in(folder.path()).empty()) << "kernels may still run";

@@ -1,5 +1,5 @@
 // Pictures of whole renders: against the exact estimator, closed forms, and themselves.
-#include "render.hpp"
+#include "render/renderer.hpp"
 
 #include <gtest/gtest.h>
 

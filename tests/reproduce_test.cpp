@@ -9,13 +9,13 @@
 #include <set>
 #include <sstream>
 
+#include "base/statistics.hpp"
+#include "base/text_escape.hpp"
 #include "comparison.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
+#include "map/turned_map.hpp"
 #include "maps.hpp"
-#include "markup.hpp"
-#include "reproduce/statistics.hpp"
-#include "reproduce/turned_map.hpp"
 #include "run_program.hpp"
 #include "svg_plot.hpp"
 #include "test_device.hpp"

@@ -1,6 +1,6 @@
 // Exported scenes: each renderer's documented convention, applied to the matrix that the file holds, must find the
 // texel that this program finds.
-#include "scene_export.hpp"
+#include "picture/scene_export.hpp"
 
 #include <gtest/gtest.h>
 

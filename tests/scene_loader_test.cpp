@@ -1,4 +1,4 @@
-#include "scene_loader.hpp"
+#include "render/scene_loader.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -86,7 +86,7 @@ TEST_F(SceneLoaderTest, ABadTexelInTheLastRowIsToldOrRepaired) {
     const auto scene = load(false, BadTexels::zero);
     EXPECT_EQ(scene->repaired(), 1U);
     EXPECT_EQ(scene->map().rgb[3 * WIDTH * HEIGHT - 1], 0);
-    EXPECT_EQ(scene->distribution().census.bad(), 0U);
+    EXPECT_EQ(scene->distribution().counts.bad(), 0U);
 }
 
 TEST_F(SceneLoaderTest, AFileCutShortIsRefusedWhateverWasBuilt) {

@@ -8,8 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include "map/latlong.hpp"
 #include "maps.hpp"
-#include "sphere.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "shading/pixels.hpp"
+#include "shading/shared.hpp"
+#include "shading/stage4_per_pixel.hpp"
 #include "test_device.hpp"
 
 /// What the sequences are for: the error of a lit sphere, by the report's plain estimator.
@@ -89,17 +93,17 @@ class SequenceError : public testing::Test {
 
     Errors shared(Sequence sequence, std::size_t count, std::size_t seeds) {
         Sampler sampler(device_, *on_device_, distribution_, {.sequence = sequence});
-        return over_seeds(seeds, [&](std::uint64_t seed, Buffer<cl_float>& white) {
+        return over_seeds(seeds, [&](std::uint64_t seed, Buffer<cl_float>& unit_albedo_radiance) {
             sampler.reseed(seed);
-            shader_.shade(sampler, distribution_, view_, count, white);
+            shader_.shade(sampler, distribution_, view_, count, unit_albedo_radiance);
         });
     }
 
     Errors per_pixel(Sequence sequence, std::size_t count, std::size_t seeds) {
         PerPixelShader shader(device_, *on_device_, distribution_, {.sequence = sequence});
-        return over_seeds(seeds, [&](std::uint64_t seed, Buffer<cl_float>& white) {
+        return over_seeds(seeds, [&](std::uint64_t seed, Buffer<cl_float>& unit_albedo_radiance) {
             shader.reseed(seed);
-            shader.shade(view_, count, white);
+            shader.shade(view_, count, unit_albedo_radiance);
         });
     }
 
@@ -113,15 +117,15 @@ class SequenceError : public testing::Test {
 
   private:
     Errors over_seeds(std::size_t seeds, const std::function<void(std::uint64_t, Buffer<cl_float>&)>& shade) {
-        Buffer<cl_float> white = view_.planes(device_);
+        Buffer<cl_float> unit_albedo_radiance = view_.planes(device_);
         const auto n = static_cast<double>(seeds);
         const auto values = static_cast<double>(3 * view_.count);
         Errors out;
         double square_squared = 0;
         double bias_squared = 0;
         for (std::size_t seed = 1; seed <= seeds; ++seed) {
-            shade(seed, white);
-            const std::vector<float> got = white.download();
+            shade(seed, unit_albedo_radiance);
+            const std::vector<float> got = unit_albedo_radiance.download();
             double square = 0;
             double bias = 0;
             for (std::size_t p = 0; p < view_.count; ++p) {

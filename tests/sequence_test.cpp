@@ -15,7 +15,7 @@
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
 #include "reference/sequence.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {

@@ -1,5 +1,5 @@
 // The contact sheet: what stands at each place of it, against the program's own pictures and reports.
-#include "sheet.hpp"
+#include "sheet/sheet.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "canvas.hpp"
+#include "draw/canvas.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
 #include "maps.hpp"
@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-// The layout of src/sheet.cpp at the smallest panel.
+// The layout of src/sheet/sheet.cpp at the smallest panel.
 constexpr std::size_t PANEL = 128;
 constexpr std::size_t MARGIN = 28;
 constexpr std::size_t GAP = 20;

@@ -8,9 +8,11 @@
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
-#include "distribution.hpp"
+#include "map/luminance.hpp"
+#include "map/texel_counts.hpp"
 #include "maps.hpp"
 #include "reference/tables.hpp"
+#include "tables/stage2_cdf.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -31,7 +33,7 @@ cl_uint narrow(std::size_t value) { return static_cast<cl_uint>(value); }
 class Stage1Weight : public testing::Test {
   protected:
     using Floats = Buffer<cl_float>;
-    using Censuses = Buffer<Census>;
+    using TexelCountsBuffer = Buffer<TexelCounts>;
     using Weights = Buffer<RowWeight>;
 
     /// Weights of a map's rows, by chunks.
@@ -40,12 +42,12 @@ class Stage1Weight : public testing::Test {
         const std::size_t chunks = (map.width + CHUNK_TEXELS - 1) / CHUNK_TEXELS;
         const std::size_t items = map.height * chunks;
         const auto share = luminance_weights_f32(luminance);
-        Censuses parts(device_, "census", items);
-        Censuses rows(device_, "row census", map.height);
+        TexelCountsBuffer parts(device_, "counts", items);
+        TexelCountsBuffer rows(device_, "row counts", map.height);
         Weights part_weights(device_, "weights", items);
         Weights weights(device_, "row weights", map.height);
-        census_chunks_({items, 1}, on_device.radiance, narrow(map.width), narrow(chunks), narrow(items), parts);
-        join_census_({map.height, 1}, parts, narrow(map.width), narrow(chunks), narrow(map.height), rows);
+        count_chunks_({items, 1}, on_device.radiance, narrow(map.width), narrow(chunks), narrow(items), parts);
+        join_counts_({map.height, 1}, parts, narrow(map.width), narrow(chunks), narrow(map.height), rows);
         sum_chunks_({items, 1}, on_device.radiance, rows, narrow(map.width), narrow(chunks), narrow(items), share[0],
                     share[1], share[2], part_weights);
         join_weights_({map.height, 1}, part_weights, narrow(chunks), narrow(map.height), weights);
@@ -54,9 +56,10 @@ class Stage1Weight : public testing::Test {
 
     TestDevice device_;
     Program program_{device_, "stage1_weight.cl"};
-    Kernel<Floats, cl_uint, cl_uint, cl_uint, Censuses> census_chunks_{device_, program_, "census_chunks"};
-    Kernel<Censuses, cl_uint, cl_uint, cl_uint, Censuses> join_census_{device_, program_, "join_census"};
-    Kernel<Floats, Censuses, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks_{
+    Kernel<Floats, cl_uint, cl_uint, cl_uint, TexelCountsBuffer> count_chunks_{device_, program_, "count_chunks"};
+    Kernel<TexelCountsBuffer, cl_uint, cl_uint, cl_uint, TexelCountsBuffer> join_counts_{device_, program_,
+                                                                                         "join_counts"};
+    Kernel<Floats, TexelCountsBuffer, cl_uint, cl_uint, cl_uint, cl_float, cl_float, cl_float, Weights> sum_chunks_{
         device_, program_, "sum_chunks"};
     Kernel<Weights, cl_uint, cl_uint, Weights> join_weights_{device_, program_, "join_weights"};
 };
@@ -119,24 +122,24 @@ TEST_F(Stage1Weight, ThePurestColoursAreLit) {
     EXPECT_GE(weights[0].sum, 3U);
 }
 
-struct CensusCase {
+struct CountsCase {
     std::string name;
     std::size_t width;
     std::size_t height;
     std::vector<std::pair<std::size_t, std::array<float, 3>>> texels;  ///< index and value, the others are 1
 };
 
-class Stage1WeightCensus : public testing::TestWithParam<CensusCase> {};
+class Stage1WeightCounts : public testing::TestWithParam<CountsCase> {};
 
-TEST_P(Stage1WeightCensus, CountsEachBadTexelOnceAndNamesTheFirst) {
-    const CensusCase& c = GetParam();
+TEST_P(Stage1WeightCounts, CountsEachBadTexelOnceAndNamesTheFirst) {
+    const CountsCase& c = GetParam();
     RadianceMap map = constant_map(c.width, c.height, 1);
     for (const auto& [at, rgb] : c.texels) std::copy(rgb.begin(), rgb.end(), map.rgb.data() + 3 * at);
     const TestDevice device;
     const DeviceMap on_device(device, map);
     TableBuilder builder(device);
-    const MapCensus wanted = reference::census(map);
-    const MapCensus found = builder.census(on_device);
+    const MapCounts wanted = reference::count_texels(map);
+    const MapCounts found = builder.count_texels(on_device);
     EXPECT_EQ(found.nan, wanted.nan);
     EXPECT_EQ(found.inf, wanted.inf);
     EXPECT_EQ(found.negative, wanted.negative);
@@ -159,30 +162,30 @@ TEST_P(Stage1WeightCensus, CountsEachBadTexelOnceAndNamesTheFirst) {
         }
     }
     EXPECT_EQ(zero_bad_texels(map), wanted.bad());
-    EXPECT_EQ(reference::census(map).bad(), 0U);
+    EXPECT_EQ(reference::count_texels(map).bad(), 0U);
     EXPECT_NO_THROW((void)builder.build(DeviceMap(device, map)));
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Kinds, Stage1WeightCensus,
+    Kinds, Stage1WeightCounts,
     testing::Values(
-        CensusCase{"Clean", 7, 5, {}}, CensusCase{"NanAtTheFirstTexel", 7, 5, {{0, {NOT_A_NUMBER, 1, 1}}}},
-        CensusCase{"NanAtTheLastTexel", 7, 5, {{34, {1, 1, NOT_A_NUMBER}}}},
-        CensusCase{"InfiniteGreen", 7, 5, {{12, {1, INFINITE, 1}}}},
-        CensusCase{"NegativeInfinityIsInfinite", 7, 5, {{12, {1, -INFINITE, 1}}}},
-        CensusCase{"NegativeBlue", 7, 5, {{13, {0, 0, -1e-45F}}}},
-        CensusCase{
+        CountsCase{"Clean", 7, 5, {}}, CountsCase{"NanAtTheFirstTexel", 7, 5, {{0, {NOT_A_NUMBER, 1, 1}}}},
+        CountsCase{"NanAtTheLastTexel", 7, 5, {{34, {1, 1, NOT_A_NUMBER}}}},
+        CountsCase{"InfiniteGreen", 7, 5, {{12, {1, INFINITE, 1}}}},
+        CountsCase{"NegativeInfinityIsInfinite", 7, 5, {{12, {1, -INFINITE, 1}}}},
+        CountsCase{"NegativeBlue", 7, 5, {{13, {0, 0, -1e-45F}}}},
+        CountsCase{
             "NanBeforeInfiniteBeforeNegative", 7, 5, {{3, {NOT_A_NUMBER, INFINITE, -1}}, {4, {INFINITE, -1, 1}}}},
-        CensusCase{"NegativeZeroIsZero", 7, 5, {{8, {-0.0F, -0.0F, -0.0F}}, {9, {0, -0.0F, 0}}}},
-        CensusCase{
+        CountsCase{"NegativeZeroIsZero", 7, 5, {{8, {-0.0F, -0.0F, -0.0F}}, {9, {0, -0.0F, 0}}}},
+        CountsCase{
             "TheFirstOfSeveralRows", 7, 5, {{30, {-1, 1, 1}}, {17, {INFINITE, 1, 1}}, {20, {NOT_A_NUMBER, 1, 1}}}},
-        CensusCase{"OneTexel", 1, 1, {{0, {NOT_A_NUMBER, 0, 0}}}},
-        CensusCase{"LastOfAChunk", CHUNK_TEXELS + 3, 2, {{CHUNK_TEXELS - 1, {-1, 0, 0}}}},
-        CensusCase{"FirstOfASecondChunk",
+        CountsCase{"OneTexel", 1, 1, {{0, {NOT_A_NUMBER, 0, 0}}}},
+        CountsCase{"LastOfAChunk", CHUNK_TEXELS + 3, 2, {{CHUNK_TEXELS - 1, {-1, 0, 0}}}},
+        CountsCase{"FirstOfASecondChunk",
                    CHUNK_TEXELS + 3,
                    2,
                    {{CHUNK_TEXELS, {-1, 0, 0}}, {CHUNK_TEXELS + 2, {INFINITE, 0, 0}}}},
-        CensusCase{"ABadTexelHidesNoMaximum", 4, 1, {{0, {INFINITE, 9, 9}}, {2, {5, 6, 7}}}}),
+        CountsCase{"ABadTexelHidesNoMaximum", 4, 1, {{0, {INFINITE, 9, 9}}, {2, {5, 6, 7}}}}),
     [](const auto& each) { return each.param.name; });
 
 // phi adds exact integers, so it is off by the roundings of each texel alone: its intensity's, and half a unit

@@ -10,9 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "distribution.hpp"
+#include "map/latlong.hpp"
+#include "map/luminance.hpp"
 #include "maps.hpp"
 #include "reference/tables.hpp"
+#include "tables/stage2_cdf.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -181,7 +183,7 @@ TEST_F(Stage2Cdf, TablesBuiltBandByBandInAnyOrderAreTheSame) {
             EXPECT_EQ(tables_of(built), tables_of(whole)) << hard.name;
             EXPECT_EQ(built.phi, whole.phi) << hard.name;
             EXPECT_EQ(built.exponent, whole.exponent) << hard.name;
-            EXPECT_EQ(built.census.zero, whole.census.zero) << hard.name;
+            EXPECT_EQ(built.counts.zero, whole.counts.zero) << hard.name;
         }
     }
 }
@@ -320,7 +322,7 @@ TEST_F(Stage2Cdf, ABlackMapHasNoWidthAnywhere) {
     const Tables tables = tables_of(built);
     for (const cl_uint end : tables.conditional) ASSERT_EQ(end, 0U);
     for (const cl_uint end : tables.marginal) ASSERT_EQ(end, 0U);
-    EXPECT_EQ(built.census.zero, 33U * 7U);
+    EXPECT_EQ(built.counts.zero, 33U * 7U);
 }
 
 }  // namespace

@@ -7,12 +7,12 @@
 #include <set>
 
 #include "chi_square.hpp"
-#include "distribution.hpp"
 #include "lit_map.hpp"
 #include "maps.hpp"
 #include "reference/draw.hpp"
 #include "reference/sequence.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "tables/stage2_cdf.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -93,8 +93,6 @@ TEST_F(Stage3Sample, EveryEndOfEveryTableDrawsWhatALinearSearchDraws) {
 
 /// On a CPU the guided draws are those of blocks of samples (draw_blocks), the plain ones are drawn each by itself.
 TEST_F(Stage3Sample, GuidedAndPlainSearchesDrawTheSameSamples) {
-    SamplingOptions plain;
-    plain.guided = false;
     const auto maps = {random_map(257, 89, 7), random_map(1, 37, 7), sun_map(8192, 2, 0, 16, 1e9F, 0.05F, true),
                        lone_texel_map(64, 32, 31, 63), checkerboard_map(128, 64)};
     for (const RadianceMap& map : maps) {
@@ -105,7 +103,7 @@ TEST_F(Stage3Sample, GuidedAndPlainSearchesDrawTheSameSamples) {
             });
         };
         LitMap guided(device_, copy());
-        LitMap searched(device_, copy(), plain);
+        LitMap searched(device_, copy(), {}, Search::plain);
         const std::vector<cl_uint> points = points_at_ends(guided.tables());
         EXPECT_EQ(guided.sampler.locate(points).texel, searched.sampler.locate(points).texel);
         constexpr std::size_t COUNT = 100001;

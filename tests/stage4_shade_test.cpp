@@ -9,7 +9,9 @@
 #include "reference/sequence.hpp"
 #include "reference/shade.hpp"
 #include "reference/tables.hpp"
-#include "sphere.hpp"
+#include "shading/pixels.hpp"
+#include "shading/shared.hpp"
+#include "shading/stage4_per_pixel.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -26,12 +28,14 @@ constexpr double SHADING_TOLERANCE = 6.5e-7 / 0.2 + 12 * 0x1p-24;
 constexpr double NORMAL_TOLERANCE = 0x1p-24;
 
 /// Relative RMSE of an estimator's planes, over pixels and channels together and over the reference's mean.
-double relative_rmse(const SphereView& view, const std::vector<float>& white, const std::vector<Vector>& exact) {
+double relative_rmse(const SphereView& view, const std::vector<float>& unit_albedo_radiance,
+                     const std::vector<Vector>& exact) {
     long double squares = 0;
     long double sum = 0;
     for (std::size_t at = 0; at < view.count; ++at) {
         for (std::size_t c = 0; c < 3; ++c) {
-            const long double error = static_cast<long double>(white[c * view.stride + at]) - exact[at][c];
+            const long double error =
+                static_cast<long double>(unit_albedo_radiance[c * view.stride + at]) - exact[at][c];
             squares += error * error;
             sum += exact[at][c];
         }
@@ -120,20 +124,20 @@ TEST_F(Stage4Shade, SharedSamplesAddUpAsInDouble) {
     const SphereView view(device_, 33);
     const auto normals = view.normal.download();
     SharedShader shader(device_);
-    auto white = view.planes(device_);
+    auto unit_albedo_radiance = view.planes(device_);
     double worst = 0;
     for (const NamedMap& hard : shading_maps()) {
         SamplingOptions options;
         options.seed = 9;
         LitMap lit(device_, hard.make(), options);
         for (const std::size_t count : {1U, 2U, 1001U}) {
-            shader.shade(lit.sampler, lit.distribution, view, count, white);
+            shader.shade(lit.sampler, lit.distribution, view, count, unit_albedo_radiance);
             const auto lights = lights_of_stream(lit, options.seed, DOMAIN_SHARED, 0, count);
             std::vector<Vector> exact;
             for (std::size_t at = 0; at < view.count; ++at) {
                 exact.push_back(reference::shade(normal_of(normals, view.stride, at), lights));
             }
-            const double error = relative_rmse(view, white.download(), exact);
+            const double error = relative_rmse(view, unit_albedo_radiance.download(), exact);
             EXPECT_LE(error, SHADING_TOLERANCE) << hard.name << ", " << count << " samples";
             worst = std::max(worst, error);
         }
@@ -145,7 +149,7 @@ TEST_F(Stage4Shade, EachPixelsOwnSamplesAddUpAsInDouble) {
     const SphereView view(device_, 9);
     const auto normals = view.normal.download();
     const auto pixels = view.pixel.download();
-    auto white = view.planes(device_);
+    auto unit_albedo_radiance = view.planes(device_);
     double worst = 0;
     for (const NamedMap& hard : shading_maps()) {
         SamplingOptions options;
@@ -155,13 +159,13 @@ TEST_F(Stage4Shade, EachPixelsOwnSamplesAddUpAsInDouble) {
         LitMap lit(device_, hard.make(), options);
         PerPixelShader shader(device_, lit.on_device, lit.distribution, options);
         for (const std::size_t count : {1U, 2U, 33U}) {
-            shader.shade(view, count, white);
+            shader.shade(view, count, unit_albedo_radiance);
             std::vector<Vector> exact;
             for (std::size_t at = 0; at < view.count; ++at) {
                 const auto lights = lights_of_stream(lit, options.seed, DOMAIN_PER_PIXEL, pixels[at], count, rotation);
                 exact.push_back(reference::shade(normal_of(normals, view.stride, at), lights));
             }
-            const double error = relative_rmse(view, white.download(), exact);
+            const double error = relative_rmse(view, unit_albedo_radiance.download(), exact);
             EXPECT_LE(error, SHADING_TOLERANCE) << hard.name << ", " << count << " samples";
             worst = std::max(worst, error);
         }
@@ -175,9 +179,9 @@ TEST_F(Stage4Shade, BatchesAddUp) {
     const SphereView view(device_, 5);
     LitMap lit(device_, constant_map(64, 32, 1));
     SharedShader shader(device_);
-    auto white = view.planes(device_);
-    shader.shade(lit.sampler, lit.distribution, view, COUNT, white);
-    const auto values = white.download();
+    auto unit_albedo_radiance = view.planes(device_);
+    shader.shade(lit.sampler, lit.distribution, view, COUNT, unit_albedo_radiance);
+    const auto values = unit_albedo_radiance.download();
     // A sample's cosine over its density has the mean 1 and, by integration, the variance 5/3; five sigmas.
     const double tolerance = 5 * std::sqrt(5.0 / 3 / static_cast<double>(COUNT));
     for (std::size_t at = 0; at < view.count; ++at) {
@@ -196,9 +200,9 @@ TEST_F(Stage4Shade, SurfacesFacingAwayFromSunsGetTheSkysLight) {
     const SphereView view(device_, 9);
     const auto normals = view.normal.download();
     SharedShader shader(device_);
-    auto white = view.planes(device_);
-    shader.shade(lit.sampler, lit.distribution, view, COUNT, white);
-    const auto values = white.download();
+    auto unit_albedo_radiance = view.planes(device_);
+    shader.shade(lit.sampler, lit.distribution, view, COUNT, unit_albedo_radiance);
+    const auto values = unit_albedo_radiance.download();
     const auto probabilities = texel_probabilities(lit.distribution);
 
     std::vector<Light> lights;
@@ -242,13 +246,13 @@ TEST_F(Stage4Shade, ResultsAreTheSameForEveryWorkGroupAndThreadCount) {
         const TestDevice device(chosen);
         LitMap lit(device, random_map(257, 89, 7));
         const SphereView view(device, 33);
-        auto white = view.planes(device);
+        auto unit_albedo_radiance = view.planes(device);
         if (shared) {
-            SharedShader(device).shade(lit.sampler, lit.distribution, view, 100, white);
+            SharedShader(device).shade(lit.sampler, lit.distribution, view, 100, unit_albedo_radiance);
         } else {
-            PerPixelShader(device, lit.on_device, lit.distribution, {}).shade(view, 5, white);
+            PerPixelShader(device, lit.on_device, lit.distribution, {}).shade(view, 5, unit_albedo_radiance);
         }
-        return white.download();
+        return unit_albedo_radiance.download();
     };
     for (const bool shared : {true, false}) {
         const auto wanted = shaded({}, shared);

@@ -13,11 +13,15 @@
 #include <string>
 #include <vector>
 
+#include "base/statistics.hpp"
 #include "maps.hpp"
+#include "measure/choose_estimator.hpp"
+#include "measure/error_meter.hpp"
+#include "render/method.hpp"
+#include "render/renderer.hpp"
 #include "run_program.hpp"
 #include "study/ranking.hpp"
 #include "study/report.hpp"
-#include "target.hpp"
 #include "test_device.hpp"
 
 namespace clerestory::test {
@@ -250,13 +254,14 @@ void expect_target_reached(const std::string& name, RadianceMap map, double targ
     const Scene scene(device, builder, std::move(map));
     RenderOptions asked;
     asked.size = SIZE;
-    const TargetChoice choice = choose_method(device, scene, asked, target);
-    Workbench bench(device, scene);
-    if (!(bench.exact_mean(asked) > 0)) {
+    Renderer renderer(device);
+    const TargetChoice choice = choose_estimator(renderer, scene, asked, target);
+    ErrorMeter meter(renderer, scene);
+    if (!(meter.exact(asked).mean > 0)) {
         EXPECT_EQ(choice.method.estimator, Estimator::exact) << name;
         return;
     }
-    const double error = relative_rmse(bench.run(choice.method).errors);
+    const double error = root_mean_square(meter.run(choice.method).errors);
     EXPECT_LE(error, target) << name << ": " << choice.choice;
     // The small picture has a pixel for ten of this one.
     constexpr double PIXELS_LEFT_OUT = 0.1;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-/// Reads back what src/plot.cpp draws, in the data's own units, so that tests can hold it against the numbers.
+/// Reads back what src/draw/plot.cpp draws, in the data's own units, so that tests can hold it against the numbers.
 namespace clerestory::test {
 
 struct Point {

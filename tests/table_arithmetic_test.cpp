@@ -1,4 +1,4 @@
-#include "table_arithmetic.hpp"
+#include "tables/table_arithmetic.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,13 +9,13 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "base/exact_sum.hpp"
 #include "image_files.hpp"
 #include "maps.hpp"
-#include "reference/exact_sum.hpp"
-#include "render.hpp"
+#include "render/renderer.hpp"
+#include "render/scene.hpp"
 #include "run_program.hpp"
-#include "samples.hpp"
-#include "scene.hpp"
+#include "sampling/stage3_sample.hpp"
 #include "test_device.hpp"
 
 namespace clerestory {
@@ -177,11 +177,9 @@ TEST_F(DrawnArithmeticTest, EvenMapsAreDrawnAlikeByEveryArithmetic) {
             EXPECT_NEAR(drawn[at] / exact[at], 1, 2 * 32 * 32 * std::ldexp(1.0, -24)) << name_of(arithmetic);
         }
         // Guides fit the tables that they were made for: guided and plain search find the same texels.
-        SamplingOptions guided;
-        SamplingOptions plain;
-        plain.guided = false;
-        EXPECT_EQ(Sampler(device_, scene.device_map(), scene.distribution(), guided).draw(4096).texel.download(),
-                  Sampler(device_, scene.device_map(), scene.distribution(), plain).draw(4096).texel.download());
+        EXPECT_EQ(
+            Sampler(device_, scene.device_map(), scene.distribution(), {}).draw(4096).texel.download(),
+            Sampler(device_, scene.device_map(), scene.distribution(), {}, Search::plain).draw(4096).texel.download());
     }
 }
 
@@ -212,12 +210,12 @@ TEST(TableArithmeticCommand, InfoMeasuresEveryArithmeticThatIsAsked) {
 
 /// Terms that double would swallow, in any order, and their exact sum.
 TEST(ExactSumTest, KeepsWhatRoundingWouldLose) {
-    reference::ExactSum sum;
+    ExactSum sum;
     sum.add(1e300 * 1e-200);
     sum.add(1e-30);
     sum.add(-1e100);
     EXPECT_EQ(sum.value(), static_cast<long double>(1e-30));
-    reference::ExactSum small;
+    ExactSum small;
     for (int i = 0; i < 1 << 20; ++i) small.add_product(1.4e-45F, 0.0722F, 1e-6F);
     EXPECT_EQ(small.value(), std::ldexp(static_cast<long double>(1.4e-45F) * 0.0722F * 1e-6F, 20));
 }

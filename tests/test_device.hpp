@@ -19,7 +19,8 @@ unsigned threads_where_possible(unsigned threads);
 /// A Device of test_options.
 class TestDevice : public Device {
   public:
-    explicit TestDevice(const DeviceOptions& options = {}) : Device(test_options(options)) {}
+    explicit TestDevice(const DeviceOptions& options = {}, const DeviceHooks& hooks = {})
+        : Device(test_options(options), hooks) {}
 };
 
 }  // namespace clerestory::test

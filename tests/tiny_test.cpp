@@ -11,14 +11,14 @@
 #include "cl/kernel.hpp"
 #include "cl/program.hpp"
 #include "cl/shared_kernel_types.hpp"
-#include "distribution.hpp"
-#include "fresnel.hpp"
-#include "lights.hpp"
+#include "fresnel/fresnel.hpp"
 #include "maps.hpp"
-#include "render.hpp"
-#include "samples.hpp"
-#include "sphere.hpp"
-#include "table_arithmetic.hpp"
+#include "render/renderer.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "shading/pixels.hpp"
+#include "shading/stage4_shade.hpp"
+#include "tables/stage2_cdf.hpp"
+#include "tables/table_arithmetic.hpp"
 #include "test_device.hpp"
 
 namespace clerestory::test {
@@ -80,14 +80,14 @@ TEST_F(Tiny, LightsMeetGroupsAndPixelsAlike) {
     const SphereView view(device_, 5);
     const Scene scene(device_, builder_, ramp_map(5, 3));
     Sampler sampler(device_, scene.device_map(), scene.distribution(), {});
-    Lights lights(device_, 3);
+    LightBuffer lights(device_, 3);
     LightShader groups(device_);
     groups.weigh(sampler.draw(lights.count), std::ldexp(1.0F, -scene.distribution().exponent), 0.1F, lights);
     const auto shaded = [&](LightShader& shader) {
-        Buffer<cl_float> white = view.planes(device_);
-        white.fill(0.0F);
-        shader.shade(view, lights, true, white);
-        return white.download();
+        Buffer<cl_float> unit_albedo_radiance = view.planes(device_);
+        unit_albedo_radiance.fill(0.0F);
+        shader.shade(view, lights, true, unit_albedo_radiance);
+        return unit_albedo_radiance.download();
     };
     LightShader every_pair(device_, true);
     const auto by_group = shaded(groups);
@@ -110,9 +110,12 @@ TEST_F(Tiny, HarmonicsAndDirectLightsGiveFiniteLight) {
     render(scene, Estimator::harmonic, {.rotate_y_deg = 40});
 }
 
-TEST_F(Tiny, UnguidedCentresGiveFiniteLight) {
-    const Scene scene(device_, builder_, ramp_map(5, 3));
-    render(scene, Estimator::shared, {.place = TexelPlace::centre, .guided = false});
+TEST_F(Tiny, PlainSearchesDrawCentres) {
+    const RadianceMap map = ramp_map(5, 3);
+    const DeviceMap on_device(device_, map);
+    const Distribution distribution = builder_.build(on_device);
+    Sampler sampler(device_, on_device, distribution, {.place = TexelPlace::centre}, Search::plain);
+    for (const float pdf : sampler.draw(3).pdf.download()) EXPECT_GT(pdf, 0);
 }
 
 TEST_F(Tiny, PointsAreLocatedInsideTheTable) {

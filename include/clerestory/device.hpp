@@ -2,15 +2,12 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "clerestory/export.hpp"
 
 namespace clerestory {
-
-struct KernelRun;
 
 /// What kind of device work is laid out for.
 enum class ActAs {
@@ -31,10 +28,6 @@ struct DeviceOptions {
     std::size_t work_group = 0;  ///< work-items in a group; 0: each kernel's own choice
     ActAs act_as = ActAs::itself;
     std::filesystem::path program_cache = {};  ///< folder that keeps built programs; empty: none
-    std::filesystem::path precompile_into =
-        {};  ///< folder that takes programs with the kernels that ran, for an installation; empty: none
-    std::shared_ptr<std::vector<KernelRun>> kernel_log =
-        {};  ///< takes every launch, for benchmarks; empty: nothing does
 };
 
 /// What a device is and can do.

@@ -17,7 +17,7 @@ namespace clerestory {
 
 /// A map with its sampling tables, on the device of the engine that made it, which it keeps open. Cheap to copy: copies
 /// share the map.
-class CLERESTORY_API Environment {
+class CLERESTORY_API EnvironmentMap {
   public:
     [[nodiscard]] const RadianceMap& map() const noexcept;
     /// Integral of intensity over the sphere.
@@ -30,7 +30,7 @@ class CLERESTORY_API Environment {
     [[nodiscard]] double build_seconds() const noexcept;
 
     struct State;
-    explicit Environment(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+    explicit EnvironmentMap(std::shared_ptr<const State> state) : state_(std::move(state)) {}
     [[nodiscard]] const State& state() const noexcept { return *state_; }
 
   private:
@@ -81,15 +81,10 @@ struct TargetChoice {
     std::string why;           ///< a sentence
 };
 
-/// What a map's tables cost, and what tables of another kind would lose.
-struct TableFacts {
-    double build_seconds = 0;          ///< to build them once more, kernels warm
-    std::uint64_t undrawable_f32 = 0;  ///< lit texels that a float32 running sum could never draw
-};
-
 /// An open OpenCL device with the program's kernels, built when first needed and kept. One thread at a time may use an
 /// engine and what it made; several engines may stand side by side. Every function throws DeviceError where the device
-/// fails or has too little memory.
+/// fails or has too little memory, and UsageError for options out of their ranges, maps and pictures whose arrays do
+/// not fit their sizes, and environments of another engine.
 class CLERESTORY_API Engine {
   public:
     /// Opens a device. Throws DeviceError where there is none, UsageError for a bad selector.
@@ -98,21 +93,19 @@ class CLERESTORY_API Engine {
     [[nodiscard]] const DeviceInfo& device() const noexcept;
 
     /// Takes a map and builds its sampling tables. Throws InputError for bad texels that are not to be blackened.
-    Environment environment(RadianceMap map, const EnvironmentOptions& options = {});
+    EnvironmentMap environment(RadianceMap map, const EnvironmentOptions& options = {});
 
     /// Draws `count` samples, 1 .. 2^30. The same options draw the same bits. Throws InputError where the map is black.
-    Samples draw(const Environment& environment, std::size_t count, const SamplingOptions& options = {});
+    Samples draw(const EnvironmentMap& environment, std::size_t count, const SamplingOptions& options = {});
 
-    /// Lights the sphere. A black map gives a black sphere.
-    Rendered render(const Environment& environment, const RenderOptions& options = {},
+    /// LightBuffer the sphere. A black map gives a black sphere.
+    Rendered render(const EnvironmentMap& environment, const RenderOptions& options = {},
                     const ProgressFunction& progress = {});
 
     /// Picks the fastest way to light the sphere whose relative RMSE is at most `target_error` on this map.
     ///   asked  size, rotation, place in the texel and seed are taken from it
     /// Throws UsageError where the target is not positive.
-    TargetChoice choose(const Environment& environment, const RenderOptions& asked, double target_error);
-
-    TableFacts measure_tables(const Environment& environment);
+    TargetChoice choose(const EnvironmentMap& environment, const RenderOptions& asked, double target_error);
 
     /// 8-bit preview of a picture.
     ///   returns [4 * size * size]  R, G, B, A
@@ -120,7 +113,7 @@ class CLERESTORY_API Engine {
 
     /// 8-bit preview of the map, times `scale`, each sample's texel marked by a 5x5 green square clipped at the edges.
     ///   returns [4 * width * height]  R, G, B, A
-    std::vector<unsigned char> marked_map(const Environment& environment, const Samples& samples, double scale = 1,
+    std::vector<unsigned char> marked_map(const EnvironmentMap& environment, const Samples& samples, double scale = 1,
                                           const ToneOptions& tone = {});
 
     /// Writes a picture by its suffix: .exr as float RGBA with `header`, .png as an 8-bit preview; whole or not at all.
@@ -132,6 +125,8 @@ class CLERESTORY_API Engine {
     [[nodiscard]] State& state() noexcept { return *state_; }
 
   private:
+    void check_own(const EnvironmentMap& environment) const;
+
     std::shared_ptr<State> state_;
 };
 

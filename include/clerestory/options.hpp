@@ -51,7 +51,6 @@ struct SamplingOptions {
     TexelPlace place = TexelPlace::jitter;
     std::uint64_t seed = 1;
     double rotate_y_deg = 0;  ///< added to phi of every direction
-    bool guided = true;       ///< searches start from guide tables; the results are the same
     /// Degree of the control variate when shading, 0 (none) .. MAX_CONTROL_DEGREE: the map's harmonic series to this
     /// degree is added as it is, and samples answer only for the rest. Unbiased at every degree.
     unsigned control_degree = 0;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "exact.hpp"
+#include "shading/exact.hpp"
 
 namespace clerestory {
 namespace {
@@ -20,7 +20,7 @@ constexpr double PICTURE_NS = 1e6;
 constexpr double TEXEL_NS = 20;  // a texel, decoding and tables
 constexpr double MAP_NS = 5e6;
 
-// As src/sphere.cpp and src/samples.cpp lay their arrays out.
+// As src/shading/ and src/sampling/ lay their arrays out.
 constexpr std::size_t SAMPLE_BYTES = 64;
 constexpr std::size_t EXACT_TEXEL_BYTES = 24;  // three sums in double, in each of two tables
 constexpr std::size_t LARGEST_SET = std::size_t{1} << 20;

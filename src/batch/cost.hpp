@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "picture_recipe.hpp"
+#include "render/picture_recipe.hpp"
 
 namespace clerestory {
 

@@ -15,10 +15,10 @@
 #include <set>
 #include <system_error>
 
+#include "base/text_escape.hpp"
 #include "error.hpp"
-#include "markup.hpp"
-#include "picture_file.hpp"
-#include "picture_limits.hpp"
+#include "picture/picture_file.hpp"
+#include "render/picture_limits.hpp"
 
 namespace clerestory {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "batch/pattern.hpp"
-#include "picture_recipe.hpp"
+#include "render/picture_recipe.hpp"
 
 namespace clerestory {
 

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/clock.hpp"
+#include "base/digest.hpp"
 #include "batch/cost.hpp"
 #include "batch/resume.hpp"
-#include "clock.hpp"
-#include "digest.hpp"
 #include "error.hpp"
-#include "picture_file.hpp"
+#include "picture/picture_file.hpp"
 
 namespace clerestory {
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "clock.hpp"
-#include "picture_file.hpp"
+#include "base/clock.hpp"
+#include "picture/picture_file.hpp"
 
 namespace clerestory {
 

@@ -12,8 +12,8 @@
 
 #include "batch/plan.hpp"
 #include "image.hpp"
-#include "png_text.hpp"
-#include "render.hpp"
+#include "map/png_text.hpp"
+#include "render/renderer.hpp"
 
 namespace clerestory {
 

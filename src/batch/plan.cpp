@@ -15,11 +15,12 @@
 #include <system_error>
 #include <utility>
 
+#include "base/digest.hpp"
+#include "base/output_check.hpp"
 #include "batch/cost.hpp"
-#include "digest.hpp"
 #include "error.hpp"
-#include "image_source.hpp"
-#include "output_check.hpp"
+#include "map/image_source.hpp"
+#include "render/method.hpp"
 
 namespace clerestory {
 namespace {
@@ -48,8 +49,6 @@ std::vector<std::string> matches(const std::string& pattern) {
     std::sort(files.begin(), files.end());
     return files;
 }
-
-bool draws_samples(Estimator estimator) { return estimator == Estimator::shared || estimator == Estimator::per_pixel; }
 
 class Planner {
   public:

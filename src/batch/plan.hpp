@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "batch/job_file.hpp"
-#include "picture_recipe.hpp"
+#include "render/picture_recipe.hpp"
 
 namespace clerestory {
 

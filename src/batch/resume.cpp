@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "digest.hpp"
+#include "base/digest.hpp"
 #include "image.hpp"
-#include "image_source.hpp"
-#include "picture_file.hpp"
-#include "png_text.hpp"
+#include "map/image_source.hpp"
+#include "map/png_text.hpp"
+#include "picture/picture_file.hpp"
 
 namespace clerestory {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "picture_recipe.hpp"
+#include "render/picture_recipe.hpp"
 
 namespace clerestory {
 

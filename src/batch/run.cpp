@@ -13,15 +13,15 @@
 #include <span>
 #include <utility>
 
-#include "atomic_file.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
 #include "batch/cost.hpp"
 #include "batch/map_loader.hpp"
 #include "batch/picture_writer.hpp"
 #include "batch/resume.hpp"
-#include "clock.hpp"
 #include "error.hpp"
-#include "known_answers.hpp"
-#include "picture_file.hpp"
+#include "picture/picture_file.hpp"
+#include "render/known_answers.hpp"
 
 namespace clerestory {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "batch/plan.hpp"
 #include "cl/device.hpp"
-#include "render.hpp"
+#include "render/renderer.hpp"
 
 namespace clerestory {
 

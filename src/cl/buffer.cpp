@@ -4,7 +4,7 @@
 #include <memory>
 #include <new>
 
-#include "pages.hpp"
+#include "base/huge_pages.hpp"
 
 namespace clerestory::detail {
 namespace {

@@ -183,9 +183,9 @@ std::vector<DeviceInfo> list_devices() {
 
 DeviceInfo chosen_device(const DeviceOptions& options) { return choose(options.selector).second; }
 
-Device::Device(const DeviceOptions& options)
-    : work_group_(options.work_group), program_cache_(options.program_cache), kernel_log_(options.kernel_log) {
-    if (!options.precompile_into.empty()) precompilation_ = std::make_shared<Precompilation>(options.precompile_into);
+Device::Device(const DeviceOptions& options, const DeviceHooks& hooks)
+    : work_group_(options.work_group), program_cache_(options.program_cache), kernel_log_(hooks.kernel_log) {
+    if (!hooks.precompile_into.empty()) precompilation_ = std::make_shared<Precompilation>(hooks.precompile_into);
     try {
         std::tie(device_, info_) = choose(options.selector);
         if (!info_.has_compiler) {

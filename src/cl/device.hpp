@@ -3,6 +3,7 @@
 #include <CL/opencl.hpp>
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -21,11 +22,17 @@ struct Range {
     [[nodiscard]] std::size_t padded() const noexcept { return (count + group - 1) / group * group; }
 };
 
+/// What may look on while a device works; empty: nothing does.
+struct DeviceHooks {
+    std::filesystem::path precompile_into = {};  ///< takes programs with the kernels that ran, for an installation
+    std::shared_ptr<KernelLog> kernel_log = {};  ///< takes every launch, for benchmarks
+};
+
 /// An open device: context, in-order queue, and how work is laid out for it. Throws DeviceError, UsageError for a bad
 /// selector.
 class Device {
   public:
-    explicit Device(const DeviceOptions& options = {});
+    explicit Device(const DeviceOptions& options = {}, const DeviceHooks& hooks = {});
 
     [[nodiscard]] const DeviceInfo& info() const noexcept { return info_; }
     [[nodiscard]] const DeviceTraits& traits() const noexcept { return traits_; }

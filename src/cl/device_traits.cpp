@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "base/named_values.hpp"
 #include "cl/pocl_bitcode.hpp"
-#include "error.hpp"
 
 namespace clerestory {
 namespace {
@@ -14,18 +14,16 @@ namespace {
 // OpenCL C asks for no more than this of any device with 16 KiB and more of local memory.
 constexpr std::size_t MOST_SCAN_LANES = 256;
 
+const NamedValues<ActAs>& kinds() {
+    static const NamedValues<ActAs> all(
+        "kind of device", {{ActAs::accelerator, "accelerator"}, {ActAs::flushing_accelerator, "flushing-accelerator"}});
+    return all;
+}
+
 }  // namespace
 
-std::string act_as_name(ActAs act_as) {
-    return act_as == ActAs::flushing_accelerator ? "flushing-accelerator" : "accelerator";
-}
-
-ActAs act_as_by_name(const std::string& name) {
-    for (const ActAs kind : {ActAs::accelerator, ActAs::flushing_accelerator}) {
-        if (name == act_as_name(kind)) return kind;
-    }
-    throw UsageError(fmt::format("--act-as {}: it is accelerator or flushing-accelerator", name));
-}
+std::string act_as_name(ActAs act_as) { return kinds().name_of(act_as); }
+ActAs act_as_by_name(const std::string& name) { return kinds().by_name(name); }
 
 DeviceTraits traits_of(const cl::Device& device, const DeviceInfo& info, ActAs act_as) {
     const bool as_cpu = info.is_cpu && act_as == ActAs::itself;

@@ -2,12 +2,12 @@
 
 #include <exception>
 
-#include "own_folders.hpp"
+#include "base/install_paths.hpp"
 
 namespace clerestory {
 
 std::optional<std::vector<unsigned char>> precompiled_program(const std::string& key) {
-    for (const auto& folder : own_folders("modules")) {
+    for (const auto& folder : install_paths("modules")) {
         if (auto binary = ProgramCache(folder / "programs").load(key)) return binary;
     }
     return std::nullopt;

@@ -6,15 +6,15 @@
 #include <iterator>
 #include <string_view>
 
-#include "atomic_file.hpp"
-#include "digest.hpp"
+#include "base/atomic_file.hpp"
+#include "base/digest.hpp"
 
 namespace clerestory {
 namespace {
 
 /// A line that leads an entry: what it is, and a digest of the key and the binary.
 std::string seal(const std::string& key, std::string_view binary) {
-    return fmt::format("clerestory program {:016x}\n", fnv1a(binary, fnv1a(key)));
+    return fmt::format("clerestory program {}\n", digest_of(digest_of(key) + digest_of(binary)));
 }
 
 std::string_view text_of(const std::vector<unsigned char>& bytes) {

@@ -6,8 +6,8 @@
 namespace clerestory {
 
 template <>
-struct KernelType<Census> {
-    static constexpr const char* name = "Census";
+struct KernelType<TexelCounts> {
+    static constexpr const char* name = "TexelCounts";
 };
 template <>
 struct KernelType<RowWeight> {
@@ -16,6 +16,10 @@ struct KernelType<RowWeight> {
 template <>
 struct KernelType<Strata> {
     static constexpr const char* name = "Strata";
+};
+template <>
+struct KernelType<DrawSettings> {
+    static constexpr const char* name = "DrawSettings";
 };
 template <>
 struct KernelType<RowFrame> {

@@ -15,13 +15,13 @@
 #include <string>
 #include <thread>
 
-#include "atomic_file.hpp"
+#include "base/atomic_file.hpp"
+#include "base/available_memory.hpp"
+#include "base/clock.hpp"
 #include "batch/job_file.hpp"
 #include "batch/plan.hpp"
 #include "batch/report.hpp"
 #include "batch/run.hpp"
-#include "budget.hpp"
-#include "clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "error.hpp"

@@ -8,18 +8,17 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
+#include "base/output_check.hpp"
 #include "commands/caches.hpp"
 #include "error.hpp"
-#include "known_answers.hpp"
-#include "output_check.hpp"
+#include "render/known_answers.hpp"
 
 namespace clerestory::commands {
 
 void add_common(CLI::App& command, Common& common, const std::string& example) {
     const char* group = "Every command";
-    common.device.precompile_into = folder_named_by("CLERESTORY_PRECOMPILE_DIR");  // see cmake/precompile.cmake
     command.add_option("--json", common.json, "Write a JSON report to FILE, or to stdout with -")
         ->type_name("FILE|-")
         ->group(group);
@@ -58,7 +57,11 @@ DeviceOptions device_options(const Common& common) {
     return options;
 }
 
-Device open_device(const Common& common) { return clerestory::open_device(device_options(common)); }
+Device open_device(const Common& common) {
+    // See cmake/precompile.cmake.
+    return clerestory::open_device(device_options(common),
+                                   {.precompile_into = folder_named_by("CLERESTORY_PRECOMPILE_DIR")});
+}
 
 void check_files(const Common& common, const std::vector<std::filesystem::path>& inputs,
                  std::vector<std::filesystem::path> outputs) {

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "child_process.hpp"
+#include "base/child_process.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "error.hpp"
-#include "known_answers.hpp"
+#include "render/known_answers.hpp"
 
 namespace clerestory::commands {
 namespace {

@@ -1,4 +1,4 @@
-#include "fresnel.hpp"
+#include "fresnel/fresnel.hpp"
 
 #include <fmt/format.h>
 
@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "error.hpp"
-#include "fresnel_report.hpp"
+#include "fresnel/fresnel_report.hpp"
 
 namespace clerestory::commands {
 namespace {

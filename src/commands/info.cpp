@@ -4,13 +4,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
-#include "engine_state.hpp"
 #include "error.hpp"
 #include "inspect.hpp"
-#include "table_arithmetic.hpp"
+#include "tables/table_arithmetic.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -88,12 +88,20 @@ void print_arithmetics(const nlohmann::json& facts) {
 }
 
 /// Adds what only the tables of a usable map can tell.
-void add_table_facts(nlohmann::json& report, const Environment& environment, const TableFacts& facts) {
-    const auto texels = static_cast<double>(environment.map().width * environment.map().height);
-    report["build_seconds"] = facts.build_seconds;
-    report["build_first_seconds"] = environment.build_seconds();
-    report["undrawable_f32"] = facts.undrawable_f32;
-    report["build_gb_per_second"] = texels * BYTES_PER_TEXEL / facts.build_seconds / GIGA;
+void add_table_facts(nlohmann::json& report, const InfoOptions& options, const Device& device, TableBuilder& builder,
+                     const Scene& scene) {
+    const TableOptions tables{.luminance = luminance_of(options.map)};
+    Distribution again = builder.build(scene.device_map(), tables);
+    const Stopwatch watch;
+    again = builder.build(scene.device_map(), tables, std::move(again));
+    const double seconds = watch.seconds();
+    const auto texels = static_cast<double>(scene.map().width * scene.map().height);
+    report["device"] = device.info().name;
+    report["build_seconds"] = seconds;
+    report["build_first_seconds"] = scene.build_seconds();
+    report["undrawable_f32"] = undrawable_f32(device, scene.device_map(), tables.luminance);
+    report["build_gb_per_second"] = texels * BYTES_PER_TEXEL / seconds / GIGA;
+    report["table_arithmetic"] = arithmetic_facts(options, device, scene);
 }
 
 nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, const MapFacts& facts) {
@@ -126,11 +134,10 @@ void run(const InfoOptions& options) {
     nlohmann::json report = map_report(options, map, facts);
     const bool usable = facts.bad() == 0 || options.map.bad_texels == "zero";
     if (usable) {
-        Engine engine(device_options(options.common));
-        const Environment environment = make_environment(engine, std::move(map), options.map, options.common);
-        report["device"] = engine.device().name;
-        add_table_facts(report, environment, engine.measure_tables(environment));
-        report["table_arithmetic"] = arithmetic_facts(options, *environment.state().device, environment.state().scene);
+        const Device device = open_device(options.common);
+        TableBuilder builder(device);
+        const auto scene = make_scene(std::move(map), device, builder, options.map, options.common);
+        add_table_facts(report, options, device, builder, *scene);
     }
     if (options.common.json != "-") {
         print(facts, report);

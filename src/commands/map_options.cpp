@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "error.hpp"
-#include "picture_limits.hpp"
+#include "render/picture_limits.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -87,11 +87,12 @@ std::unique_ptr<Scene> finish_scene(SceneLoader& loader, const Device& device, T
     return scene;
 }
 
-Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common) {
+std::unique_ptr<Scene> make_scene(RadianceMap map, const Device& device, TableBuilder& builder,
+                                  const MapOptions& options, const Common& common) {
     try {
-        Environment environment = engine.environment(std::move(map), environment_options_of(options));
-        warn_of_map(options, common, environment.repaired(), environment.black());
-        return environment;
+        auto scene = std::make_unique<Scene>(device, builder, std::move(map), scene_options_of(options));
+        warn_of_map(options, common, scene->repaired(), scene->distribution().black());
+        return scene;
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", map_file(options).string(), error.what()));
     }

@@ -4,11 +4,10 @@
 #include <memory>
 
 #include "commands/common.hpp"
-#include "engine.hpp"
-#include "map_request.hpp"
-#include "scene.hpp"
-#include "scene_loader.hpp"
-#include "sphere.hpp"
+#include "render/map_request.hpp"
+#include "render/scene.hpp"
+#include "render/scene_loader.hpp"
+#include "shading/pixels.hpp"
 
 namespace clerestory::commands {
 
@@ -28,7 +27,8 @@ SceneLoader load_scene(const MapOptions& options, TableArithmetic arithmetic = T
 std::unique_ptr<Scene> finish_scene(SceneLoader& loader, const Device& device, TableBuilder& builder,
                                     const MapOptions& options, const Common& common);
 
-/// An environment of a map that was read, with the same warnings.
-Environment make_environment(Engine& engine, RadianceMap map, const MapOptions& options, const Common& common);
+/// The scene of a map that was read already, with the same warnings; messages name the file.
+std::unique_ptr<Scene> make_scene(RadianceMap map, const Device& device, TableBuilder& builder,
+                                  const MapOptions& options, const Common& common);
 
 }  // namespace clerestory::commands

@@ -1,4 +1,4 @@
-#include "render.hpp"
+#include "render/renderer.hpp"
 
 #include <fmt/format.h>
 
@@ -9,19 +9,19 @@
 #include <utility>
 #include <vector>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
 #include "error.hpp"
-#include "image_source.hpp"
-#include "picture_file.hpp"
-#include "picture_limits.hpp"
-#include "picture_recipe.hpp"
-#include "scene_export.hpp"
-#include "target.hpp"
+#include "map/image_source.hpp"
+#include "measure/choose_estimator.hpp"
+#include "picture/picture_file.hpp"
+#include "picture/scene_export.hpp"
+#include "render/picture_limits.hpp"
+#include "render/picture_recipe.hpp"
 
 namespace clerestory::commands {
 namespace {
@@ -142,10 +142,10 @@ nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, cons
 }
 
 /// The command with the estimator and all that belongs to it as --target-error chooses them.
-RenderCommand with_target_reached(RenderCommand command, const Device& device, const Scene& scene) {
+RenderCommand with_target_reached(RenderCommand command, Renderer& renderer, const Scene& scene) {
     RenderOptions asked = command.render;
     asked.sampling = sampling_of(command.draw, command.common, command.map.rotate_y);
-    const TargetChoice choice = choose_method(device, scene, asked, command.target_error);
+    const TargetChoice choice = choose_estimator(renderer, scene, asked, command.target_error);
     command.estimator = estimator_name(choice.method.estimator);
     command.draw.counts = {choice.method.samples};
     command.draw.sequence = sequence_name(choice.method.sampling.sequence);
@@ -173,11 +173,11 @@ void run(RenderCommand command) {
     before["read"] = loader.read_seconds();
     before["tables"] = scene->build_seconds();
     watch.lap();
+    Renderer renderer(device);
     if (command.target_error > 0) {
-        command = with_target_reached(std::move(command), device, *scene);
+        command = with_target_reached(std::move(command), renderer, *scene);
         before["choose"] = watch.lap();
     }
-    Renderer renderer(device);
     nlohmann::json report = {{"renders", nlohmann::json::array()}};
     for (const std::size_t count : command.draw.counts) {
         report["renders"].push_back(render_one(command, renderer, *scene, device, count, before));

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
@@ -61,7 +61,7 @@ nlohmann::json provenance(const ReproduceCommand& command, const Scene& scene, c
     auto map = describe_map(command.map, scene.map());
     map["name"] = map_file(command.map).filename().string();
     map["phi"] = scene.distribution().phi;
-    map["max_component"] = scene.distribution().census.max_component;
+    map["max_component"] = scene.distribution().counts.max_component;
     return {{"program", "clerestory"},
             {"version", CLERESTORY_VERSION},
             {"created", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))},

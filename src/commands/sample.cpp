@@ -6,14 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
-#include "light_list.hpp"
-#include "sample_report.hpp"
+#include "picture/light_list.hpp"
+#include "sampling/sample_records.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "shading/display.hpp"
 
 namespace clerestory::commands {
 namespace {

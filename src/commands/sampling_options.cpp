@@ -1,8 +1,8 @@
 #include "commands/sampling_options.hpp"
 
-#include "picture_limits.hpp"
-#include "picture_recipe.hpp"
-#include "table_arithmetic.hpp"
+#include "render/picture_limits.hpp"
+#include "render/picture_recipe.hpp"
+#include "tables/table_arithmetic.hpp"
 
 namespace clerestory::commands {
 
@@ -30,8 +30,6 @@ void add_draw_options(CLI::App& command, DrawOptions& options) {
         ->check(CLI::IsMember(table_arithmetic_names()))
         ->capture_default_str()
         ->group(group);
-    command.add_flag("--plain-search", options.plain_search, "Search without guide tables; the results are the same")
-        ->group(group);
 }
 
 void add_control_degree(CLI::App& command, unsigned& degree) {
@@ -50,7 +48,6 @@ SamplingOptions sampling_of(const DrawOptions& options, const Common& common, do
     sampling.place = texel_place_by_name(options.texel);
     sampling.seed = common.seed;
     sampling.rotate_y_deg = rotate_y;
-    sampling.guided = !options.plain_search;
     return sampling;
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "commands/common.hpp"
-#include "samples.hpp"
+#include "sampling/stage3_sample.hpp"
 
 namespace clerestory::commands {
 
@@ -16,10 +16,9 @@ struct DrawOptions {
     std::string sequence = "random";
     std::string texel = "jitter";
     std::string table_arithmetic = "integer";
-    bool plain_search = false;
 };
 
-/// Adds -n, --sequence, --texel, --table-arithmetic and --plain-search.
+/// Adds -n, --sequence, --texel and --table-arithmetic.
 void add_draw_options(CLI::App& command, DrawOptions& options);
 
 /// Adds --control-degree and sets its default.

@@ -1,4 +1,4 @@
-#include "sheet.hpp"
+#include "sheet/sheet.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "clock.hpp"
+#include "base/clock.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"

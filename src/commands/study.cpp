@@ -9,14 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
+#include "base/text_escape.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
+#include "draw/plot.hpp"
 #include "error.hpp"
-#include "markup.hpp"
-#include "plot.hpp"
+#include "measure/error_meter.hpp"
+#include "render/renderer.hpp"
 #include "study/measure.hpp"
 #include "study/report.hpp"
 
@@ -93,19 +95,20 @@ void run(const StudyCommand& command) {
     options.base.sampling.rotate_y_deg = command.map.rotate_y;
     options.seeds = command.seeds;
     StudyMeasurements measured;
-    Workbench bench(device, *scene);
+    Renderer renderer(device);
+    ErrorMeter meter(renderer, *scene);
     std::map<std::string, std::string> pictures;
     {
         Progress progress(command.common, "study");
         std::vector<StudyTable> tables = measure_tables(device, *scene, luminance_of(command.map));
         const double kept = std::min(SECONDS_FOR_REPORT, LARGEST_SHARE_FOR_REPORT * command.budget);
         options.budget_seconds = std::max(0.0, command.budget - kept - total.seconds());
-        measured = measure_study(bench, options, [&](double done, double whole) { progress.update(done, whole); });
+        measured = measure_study(meter, options, [&](double done, double whole) { progress.update(done, whole); });
         measured.tables = std::move(tables);
     }
     mark_front(measured.points);
     for (const auto& plot : study_plots(measured)) pictures[plot.name] = plot::svg(plot);
-    pictures[ERROR_MAPS] = error_maps(bench, options.base);
+    pictures[ERROR_MAPS] = error_maps(meter, options.base);
 
     nlohmann::json report = provenance(command, *scene, device);
     report.update(study_json(options, measured));

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "atomic_file.hpp"
+#include "base/atomic_file.hpp"
 #include "commands/commands.hpp"
 #include "describe/command_line.hpp"
 #include "describe/completion.hpp"

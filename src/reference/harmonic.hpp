@@ -11,7 +11,7 @@
 namespace clerestory::reference {
 
 /// Slow, double-precision harmonics of piecewise-constant maps, by the standard library's special functions. Shares no
-/// formula with src/legendre.cpp or kernels/harmonic.cl.
+/// formula with src/shading/legendre.cpp or kernels/harmonic.cl.
 
 /// Integral over [-1, 1] of max(0, x) P_l(x).
 double clamped_cosine_moment(unsigned l);

@@ -105,8 +105,8 @@ long double phi(const RadianceMap& map, Luminance luminance) {
     return sum * 2 * pi / static_cast<long double>(map.width) * 2 * std::sin(pi / (2 * height));
 }
 
-MapCensus census(const RadianceMap& map) {
-    MapCensus found;
+MapCounts count_texels(const RadianceMap& map) {
+    MapCounts found;
     for (std::size_t at = 0; at < map.width * map.height; ++at) {
         const float* texel = map.rgb.data() + 3 * at;
         if (!is_bad(texel)) {

@@ -6,8 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "environment.hpp"
 #include "image.hpp"
+#include "map/texel_counts.hpp"
+#include "options.hpp"
 
 /// Slow answers of their own making, to hold the kernels against.
 namespace clerestory::reference {
@@ -26,7 +27,7 @@ std::vector<long double> intensities(const RadianceMap& map, Luminance luminance
 long double phi(const RadianceMap& map, Luminance luminance);
 
 /// Counts of bad and black texels, and the brightest component of the good ones.
-MapCensus census(const RadianceMap& map);
+MapCounts count_texels(const RadianceMap& map);
 
 /// A row's integer table.
 struct RowTable {

@@ -7,16 +7,16 @@
 #include <cmath>
 #include <utility>
 
-#include "atomic_file.hpp"
-#include "clock.hpp"
+#include "base/atomic_file.hpp"
+#include "base/clock.hpp"
+#include "base/text_escape.hpp"
 #include "error.hpp"
-#include "fresnel.hpp"
-#include "fresnel_report.hpp"
-#include "markup.hpp"
-#include "png_text.hpp"
-#include "reproduce/turned_map.hpp"
-#include "sample_report.hpp"
-#include "samples.hpp"
+#include "fresnel/fresnel.hpp"
+#include "fresnel/fresnel_report.hpp"
+#include "map/png_text.hpp"
+#include "map/turned_map.hpp"
+#include "sampling/sample_records.hpp"
+#include "sampling/stage3_sample.hpp"
 
 namespace clerestory {
 namespace {
@@ -96,22 +96,37 @@ bool Figures::any_wanted(const std::vector<std::string>& ids) const {
     return std::any_of(ids.begin(), ids.end(), [this](const std::string& id) { return wanted(id); });
 }
 
-Laboratory& Figures::laboratory() {
-    if (!laboratory_) {
-        laboratory_.emplace(device_, scene_, options_.size, options_.rotate_y_deg, [this](double done, double total) {
+RenderOptions Figures::method_of(const StudySubject& subject) const {
+    RenderOptions method;
+    method.estimator = subject.estimator;
+    method.samples = subject.samples;
+    method.size = options_.size;
+    method.scale = options_.scale;
+    method.sampling.seed = options_.seed;
+    method.sampling.rotate_y_deg = options_.rotate_y_deg;
+    method.sampling.control_degree = subject.control_degree;
+    return method;
+}
+
+const ExactPicture& Figures::exact() {
+    if (exact_ == nullptr) {
+        exact_ = &meter_.lit_exact(method_of({}), [this](double done, double total) {
             if (events_.progress) events_.progress("exact sphere", done, total);
         });
-        report_["exact"] = {{"seconds", laboratory_->exact_seconds()},
-                            {"mean_radiance", gain() * laboratory_->exact_mean()},
-                            {"pixels", laboratory_->pixels()}};
+        report_["exact"] = {{"seconds", exact_->times.total()},
+                            {"mean_radiance", gain() * std::ldexp(exact_->mean, scene_.distribution().exponent)},
+                            {"pixels", statistics_.pixels()}};
     }
-    return *laboratory_;
+    return *exact_;
 }
 
 ToneOptions Figures::tone() {
     if (!exposure_) {
         exposure_ = options_.exposure;
-        if (!exposure_) exposure_ = laboratory().bright_exposure(gain(), options_.gamma);
+        if (!exposure_) {
+            (void)exact();
+            exposure_ = meter_.bright_exposure(method_of({}), gain(), options_.gamma);
+        }
         report_["exposure"] = *exposure_;
         report_["exposure_chosen"] = !options_.exposure.has_value();
     }
@@ -253,29 +268,15 @@ void Figures::sample_map(const std::string& id, const SampleSet& set, double sec
 }
 
 nlohmann::json Figures::sphere(const std::string& id, const StudySubject& subject) {
-    RenderOptions options;
-    options.estimator = subject.estimator;
-    options.samples = subject.samples;
-    options.size = options_.size;
-    options.scale = options_.scale;
-    options.sampling.sequence = Sequence::random;
-    options.sampling.seed = options_.seed;
-    options.sampling.rotate_y_deg = options_.rotate_y_deg;
-    options.sampling.control_degree = subject.control_degree;
-    if (warm_.emplace(subject.estimator, subject.control_degree).second) {
-        renderer_.render(scene_, options);  // the first launch of a kernel compiles it
-    }
+    const RenderOptions options = method_of(subject);
+    const double seconds = meter_.time(options).total();
     const Rendered picture = renderer_.render(scene_, options);
-    double seconds = 0;
-    for (const auto& [stage, value] : picture.seconds) {
-        if (stage == "draw" || stage == "shade") seconds += value;
-    }
     const std::string file = id + ".png";
     auto words = sphere_words(file);
     words.insert(words.begin(), {"--estimator", estimator_name(subject.estimator), "--sequence", "random", "-n",
                                  std::to_string(subject.samples), "--control-degree",
                                  std::to_string(subject.control_degree), "--seed", std::to_string(options_.seed)});
-    const ErrorParts parts = laboratory().parts_of(laboratory().errors_of_picture(picture.rgba, gain()));
+    const ErrorParts parts = statistics_.parts_of(meter_.errors_of_picture(options, picture.rgba, gain()));
     write(file, pictures_[id] = picture_png(picture.rgba));
     return {{"file", file},
             {"samples", subject.samples},
@@ -285,7 +286,7 @@ nlohmann::json Figures::sphere(const std::string& id, const StudySubject& subjec
             {"rel_rmse", parts.rel_rmse},
             {"bias", parts.rel_bias},
             {"neighbour_correlation", parts.neighbour_correlation},
-            {"block_side", laboratory().block_sides().back()},
+            {"block_side", statistics_.block_sides().back()},
             {"block_rms", parts.block_rms.back()},
             {"seconds", seconds},
             {"command", command("render", words)}};

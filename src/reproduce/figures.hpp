@@ -7,19 +7,26 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "cl/device.hpp"
-#include "render.hpp"
-#include "reproduce/laboratory.hpp"
-#include "samples.hpp"
-#include "scene.hpp"
-#include "sphere.hpp"
+#include "measure/error_meter.hpp"
+#include "measure/error_statistics.hpp"
+#include "render/renderer.hpp"
+#include "render/scene.hpp"
+#include "sampling/stage3_sample.hpp"
+#include "shading/pixels.hpp"
 
 namespace clerestory {
+
+/// Samples that light the sphere.
+struct StudySubject {
+    Estimator estimator = Estimator::shared;
+    unsigned control_degree = 0;
+    std::size_t samples = 0;
+};
 
 struct FigureOptions {
     std::filesystem::path folder;
@@ -76,10 +83,12 @@ class Figures {
     [[nodiscard]] bool wanted(const std::string& id) const;
     [[nodiscard]] bool any_wanted(const std::vector<std::string>& ids) const;
     /// Made when first needed: the exact sphere takes a second or so.
-    Laboratory& laboratory();
+    const ExactPicture& exact();
+    /// The sphere lit by a subject's samples.
+    [[nodiscard]] RenderOptions method_of(const StudySubject& subject) const;
     [[nodiscard]] ToneOptions tone();
-    const std::vector<SeedStudy>& studies();
-    [[nodiscard]] const SeedStudy& study_of(const StudySubject& subject);
+    const std::vector<SeedErrors>& studies();
+    [[nodiscard]] const SeedErrors& study_of(const StudySubject& subject);
     [[nodiscard]] double gain() const noexcept { return options_.scale; }
 
     /// `clerestory` with these words, quoted for a shell.
@@ -101,10 +110,11 @@ class Figures {
     nlohmann::json report_ = nlohmann::json::object();
     std::map<std::string, std::string> pictures_;
     Renderer renderer_{device_};
-    std::optional<Laboratory> laboratory_;
+    ErrorMeter meter_{renderer_, scene_};
+    ErrorStatistics statistics_{meter_.view(options_.size)};
+    const ExactPicture* exact_ = nullptr;
     std::optional<double> exposure_;
-    std::vector<SeedStudy> studies_;
-    std::set<std::pair<Estimator, unsigned>> warm_;  ///< shaders that have been launched, by control degree
+    std::vector<SeedErrors> studies_;
 };
 
 /// Degree of the control variate that is shown beside the report's plain estimator.

@@ -9,8 +9,9 @@
 #include <tuple>
 #include <utility>
 
-#include "clock.hpp"
-#include "reproduce/statistics.hpp"
+#include "base/clock.hpp"
+#include "base/statistics.hpp"
+#include "render/method.hpp"
 
 namespace clerestory {
 namespace {
@@ -20,10 +21,6 @@ constexpr std::size_t TIMED_RUNS = 5;          // of methods without seeds
 constexpr double TURNS_SHARE = 0.12;           // of the budget, for times in turns
 constexpr double FIRST_RUN_SECONDS = 0.5;      // a guess for kernels that have never run: they may have to be compiled
 constexpr double LEAST_SECONDS_A_RUN = 0.004;  // statistics of one picture at the usual size
-
-bool has_seed(const RenderOptions& m) {
-    return m.estimator == Estimator::shared || m.estimator == Estimator::per_pixel;
-}
 
 /// Work of one picture in multiply-adds, roughly: what cheap points are told from dear ones by.
 double relative_cost(const RenderOptions& m) {
@@ -46,7 +43,7 @@ double relative_cost(const RenderOptions& m) {
 /// Methods of one family run the same kernels and take time in proportion to their work at most.
 using Family = std::tuple<Estimator, Sequence, unsigned>;
 Family family_of(const RenderOptions& m) {
-    return {m.estimator, m.sampling.sequence, has_seed(m) ? m.sampling.control_degree : 0};
+    return {m.estimator, m.sampling.sequence, draws_samples(m.estimator) ? m.sampling.control_degree : 0};
 }
 
 /// Foretells seconds of a picture from what its family took before, or another of the same estimator.
@@ -120,7 +117,7 @@ class PointSums {
         worst_ = std::max(worst_, *std::max_element(sizes.begin(), sizes.end()));
         constexpr double SHARE = 0.99;
         percentiles_.push_back(quantile(std::move(sizes), SHARE));
-        rel_rmse_.push_back(relative_rmse(run.errors));
+        rel_rmse_.push_back(root_mean_square(run.errors));
         times_.push_back(run.times);
     }
 
@@ -132,13 +129,13 @@ class PointSums {
         const double squares = std::inner_product(rel_rmse_.begin(), rel_rmse_.end(), rel_rmse_.begin(), 0.0);
         p.rel_rmse = std::sqrt(squares / n);
         p.rel_rmse_deviation = spread_of(rel_rmse_).deviation;
-        p.bias = relative_rmse(sum_) / n;
+        p.bias = root_mean_square(sum_) / n;
         // Mean over pixels of the variance of one seed, over n: the variance of the mean.
         if (p.seeds > 1) p.bias_noise = std::sqrt(std::max(0.0, (squares / n - p.bias * p.bias) / (n - 1)));
         p.worst = worst_;
         p.percentile99 = spread_of(percentiles_).mean;
         set_times(p, times_);
-        if (!has_seed(method)) p.seeds = 1;
+        if (!draws_samples(method.estimator)) p.seeds = 1;
         return p;
     }
 
@@ -152,7 +149,7 @@ class PointSums {
 using GridKey = std::tuple<Estimator, unsigned, Sequence, std::size_t, std::size_t, std::size_t>;
 /// Sorts methods by kind, then from few samples, degrees and lights to many.
 GridKey grid_key(const RenderOptions& m) {
-    const bool sampled = has_seed(m);
+    const bool sampled = draws_samples(m.estimator);
     return {m.estimator,         sampled ? m.sampling.control_degree : 0,
             m.sampling.sequence, sampled ? m.samples : 0,
             m.harmonic.degree,   m.harmonic.lights};
@@ -207,14 +204,14 @@ std::vector<RenderOptions> study_grid(const RenderOptions& base) {
 namespace {
 
 /// The picture that all are held against, timed as it is made; again where that is quick.
-StudyPoint measure_exact(Workbench& bench, const RenderOptions& base) {
+StudyPoint measure_exact(ErrorMeter& meter, const RenderOptions& base) {
     constexpr double QUICK_SECONDS = 0.25;
     RenderOptions method = base;
     method.estimator = Estimator::exact;
     PointSums sums;
-    sums.add({bench.exact_times(method), std::vector<float>(1, 0.0F)});
-    if (bench.exact_times(method).total() < QUICK_SECONDS) {
-        for (std::size_t k = 1; k < TIMED_RUNS; ++k) sums.add({bench.time(method), std::vector<float>(1, 0.0F)});
+    sums.add({meter.exact(method).times, std::vector<float>(1, 0.0F)});
+    if (meter.exact(method).times.total() < QUICK_SECONDS) {
+        for (std::size_t k = 1; k < TIMED_RUNS; ++k) sums.add({meter.time(method), std::vector<float>(1, 0.0F)});
     }
     return sums.point(method);
 }
@@ -222,7 +219,7 @@ StudyPoint measure_exact(Workbench& bench, const RenderOptions& base) {
 /// Times quick points anew, one after the other and again, until that takes too long: a machine whose speed drifts
 /// then treats all of them alike. The first times stay where there is no time for enough turns.
 ///   in_time  whether there is time for another picture
-void time_in_turns(Workbench& bench, std::vector<StudyPoint>& points, const std::function<bool()>& in_time) {
+void time_in_turns(ErrorMeter& meter, std::vector<StudyPoint>& points, const std::function<bool()>& in_time) {
     constexpr double QUICK_SECONDS = 0.03;
     constexpr std::size_t TURNS = 15;
     std::vector<std::size_t> quick;
@@ -232,7 +229,7 @@ void time_in_turns(Workbench& bench, std::vector<StudyPoint>& points, const std:
     std::vector<std::vector<MethodTimes>> times(quick.size());
     for (std::size_t turn = 0; turn < TURNS; ++turn) {
         for (std::size_t k = 0; k < quick.size() && in_time(); ++k) {
-            times[k].push_back(bench.time(points[quick[k]].method));
+            times[k].push_back(meter.time(points[quick[k]].method));
         }
     }
     for (std::size_t k = 0; k < quick.size(); ++k) {
@@ -242,12 +239,12 @@ void time_in_turns(Workbench& bench, std::vector<StudyPoint>& points, const std:
 
 }  // namespace
 
-StudyMeasurements measure_study(Workbench& bench, const StudyOptions& options, const ProgressFunction& progress) {
+StudyMeasurements measure_study(ErrorMeter& meter, const StudyOptions& options, const ProgressFunction& progress) {
     const Stopwatch watch;
     const auto left = [&] { return (1 - TURNS_SHARE) * options.budget_seconds - watch.seconds(); };
     std::vector<RenderOptions> waiting = study_grid(options.base);
     StudyMeasurements result;
-    result.points.push_back(measure_exact(bench, options.base));
+    result.points.push_back(measure_exact(meter, options.base));
     Forecast forecast;
     while (!waiting.empty()) {
         const auto cheapest = std::min_element(waiting.begin(), waiting.end(), [&](const auto& a, const auto& b) {
@@ -259,7 +256,8 @@ StudyMeasurements measure_study(Workbench& bench, const StudyOptions& options, c
         const RenderOptions method = *cheapest;
         const double share = spare / static_cast<double>(waiting.size());
         waiting.erase(cheapest);
-        const std::size_t wanted = has_seed(method) ? options.seeds : std::min(TIMED_RUNS, options.seeds);
+        const std::size_t wanted =
+            draws_samples(method.estimator) ? options.seeds : std::min(TIMED_RUNS, options.seeds);
         const double affordable = static_cast<double>(FEWEST_SEEDS) + share / forecast.picture(method);
         const auto runs = affordable < static_cast<double>(wanted) ? static_cast<std::size_t>(affordable) : wanted;
         PointSums sums;
@@ -269,17 +267,17 @@ StudyMeasurements measure_study(Workbench& bench, const StudyOptions& options, c
             RenderOptions seeded = method;
             seeded.sampling.seed = options.base.sampling.seed + taken;
             const Stopwatch one;
-            sums.add(bench.run(seeded));
+            sums.add(meter.run(seeded));
             seconds = one.seconds();
             ++taken;
             if (progress) progress(watch.seconds(), options.budget_seconds);
         }
         forecast.learn(method, seconds);
         result.points.push_back(sums.point(method));
-        result.short_of_seeds += has_seed(method) && taken < options.seeds ? 1 : 0;
+        result.short_of_seeds += draws_samples(method.estimator) && taken < options.seeds ? 1 : 0;
     }
     result.left_out = std::move(waiting);
-    time_in_turns(bench, result.points, [&] {
+    time_in_turns(meter, result.points, [&] {
         if (progress) progress(watch.seconds(), options.budget_seconds);
         return watch.seconds() < options.budget_seconds;
     });

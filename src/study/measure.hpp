@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "render.hpp"
-#include "study/workbench.hpp"
-#include "table_arithmetic.hpp"
+#include "measure/error_meter.hpp"
+#include "render/renderer.hpp"
+#include "tables/table_arithmetic.hpp"
 
 namespace clerestory {
 
@@ -58,7 +58,7 @@ struct StudyMeasurements {
 std::vector<RenderOptions> study_grid(const RenderOptions& base);
 
 /// Measures the grid within the budget. Throws InputError where no light reaches what is seen of the sphere.
-StudyMeasurements measure_study(Workbench& bench, const StudyOptions& options, const ProgressFunction& progress = {});
+StudyMeasurements measure_study(ErrorMeter& meter, const StudyOptions& options, const ProgressFunction& progress = {});
 
 /// Tables of the map in each arithmetic that the device has.
 std::vector<StudyTable> measure_tables(const Device& device, const Scene& scene, Luminance luminance);

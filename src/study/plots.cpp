@@ -4,7 +4,11 @@
 #include <array>
 #include <utility>
 
-#include "reproduce/panels.hpp"
+#include "base/statistics.hpp"
+#include "draw/panels.hpp"
+#include "measure/error_meter.hpp"
+#include "measure/error_statistics.hpp"
+#include "render/method.hpp"
 #include "study/report.hpp"
 
 namespace clerestory {
@@ -202,7 +206,7 @@ std::vector<std::string> study_files() {
     return files;
 }
 
-std::string error_maps(Workbench& bench, const RenderOptions& base) {
+std::string error_maps(ErrorMeter& meter, const RenderOptions& base) {
     constexpr std::size_t MAP_SIZE = 191;  // six of them in a page of a few hundred kilobytes
     constexpr double LIMIT = 3;            // of each picture's own RMSE
     const auto sampled = [&](Estimator estimator, Sequence sequence, unsigned degree, std::size_t samples) {
@@ -226,13 +230,13 @@ std::string error_maps(Workbench& bench, const RenderOptions& base) {
     sheet.diverging_label = "too dark, too bright: error in parts of the picture's own relative RMSE";
     for (RenderOptions method : methods) {
         method.size = std::min(base.size, MAP_SIZE);
-        const MethodRun run = bench.run(method);
-        const double rmse = relative_rmse(run.errors);
+        const MethodRun run = meter.run(method);
+        const double rmse = root_mean_square(run.errors);
         Panel panel;
         panel.title = method_name(method);
         panel.note = "relative RMSE " + percents(rmse);
         panel.size = method.size;
-        panel.values = bench.as_picture(method, run.errors);
+        panel.values = ErrorStatistics(meter.view(method.size)).as_picture(run.errors);
         if (rmse > 0) {
             for (float& value : panel.values) value = static_cast<float>(static_cast<double>(value) / rmse);
         }

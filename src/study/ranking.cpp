@@ -1,4 +1,5 @@
 #include "study/ranking.hpp"
+#include "render/method.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "reproduce/statistics.hpp"
+#include "base/statistics.hpp"
 #include "study/measure.hpp"
 
 namespace clerestory {

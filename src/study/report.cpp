@@ -1,4 +1,5 @@
 #include "study/report.hpp"
+#include "render/method.hpp"
 
 #include <fmt/format.h>
 

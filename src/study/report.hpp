@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "plot.hpp"
+#include "draw/plot.hpp"
+#include "measure/error_meter.hpp"
 #include "study/measure.hpp"
 #include "study/ranking.hpp"
 
@@ -21,7 +22,7 @@ std::string study_csv(const std::vector<StudyPoint>& points);
 std::vector<plot::Plot> study_plots(const StudyMeasurements& measured);
 
 /// Where on the sphere six typical methods err, as SVG.
-std::string error_maps(Workbench& bench, const RenderOptions& base);
+std::string error_maps(ErrorMeter& meter, const RenderOptions& base);
 inline constexpr const char* ERROR_MAPS = "error_maps";
 
 /// Names of all files that a study may write.

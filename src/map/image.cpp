@@ -1,0 +1,237 @@
+#include "image.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <condition_variable>
+#include <cstdlib>
+#include <deque>
+#include <exception>
+#include <fstream>
+#include <mutex>
+#include <new>
+#include <stop_token>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "base/available_memory.hpp"
+#include "base/huge_pages.hpp"
+#include "error.hpp"
+#include "map/image_source.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Texels of a band: enough work for the decoder's threads and for whoever takes the rows, small beside a large map.
+constexpr std::size_t BAND_TEXELS = std::size_t{1} << 21;
+/// Compressed blocks that a band holds at least, so that several threads have some to decode.
+constexpr std::size_t BAND_BLOCKS = 8;
+
+InputError refused(const fs::path& file, std::string_view what) {
+    return InputError(fmt::format("{}: {}", file.string(), what));
+}
+
+std::unique_ptr<ImageSource> open_source(const fs::path& file, const ReadOptions& options) {
+    if (is_exr(file)) return open_exr(file, options.limits);
+    if (file.extension() == ".exr") {
+        throw refused(file, "is not an EXR file, whatever its name says; its first bytes belong to another kind");
+    }
+    return open_oiio(file, options);
+}
+
+/// Refuses before it is taken what the limits or the machine do not have.
+void check_memory(const fs::path& file, const ImageSource& source, std::size_t bytes_per_texel,
+                  const ReadLimits& limits) {
+    const std::size_t needed = source.width() * source.height() * bytes_per_texel;
+    const std::size_t available = limits.max_bytes ? limits.max_bytes : available_memory();
+    if (needed <= available) return;
+    throw refused(
+        file,
+        fmt::format("{} x {} texels need {} of memory and {} {}; use a smaller image or free some memory",
+                    source.width(), source.height(), format_bytes(static_cast<double>(needed)),
+                    format_bytes(static_cast<double>(available)), limits.max_bytes ? "are allowed" : "are available"));
+}
+
+/// Rows of a band: a multiple of the file's own blocks.
+std::size_t band_rows(const ImageSource& source) {
+    const std::size_t blocks = BAND_TEXELS / source.width() / source.chunk_rows();
+    return std::max(blocks, BAND_BLOCKS) * source.chunk_rows();
+}
+
+/// Hands bands from the thread that decodes to the one that uses them; the decoder never waits.
+class BandQueue {
+  public:
+    struct Band {
+        std::size_t begin = 0;
+        std::size_t end = 0;
+    };
+
+    void push(Band band) {
+        const std::lock_guard lock(mutex_);
+        bands_.push_back(band);
+        changed_.notify_one();
+    }
+    void finish(std::exception_ptr failure) {
+        const std::lock_guard lock(mutex_);
+        failure_ = std::move(failure);
+        finished_ = true;
+        changed_.notify_one();
+    }
+    /// The next band; false when there is none left. Rethrows what the decoder failed with.
+    bool pop(Band& band) {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return finished_ || !bands_.empty(); });
+        if (failure_) std::rethrow_exception(failure_);
+        if (bands_.empty()) return false;
+        band = bands_.front();
+        bands_.pop_front();
+        return true;
+    }
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<Band> bands_;
+    std::exception_ptr failure_;
+    bool finished_ = false;
+};
+
+/// Rows [begin, end) as a map has them; the count is that of RadianceMap::ringing.
+std::size_t read_map_rows(ImageSource& source, std::size_t begin, std::size_t end, Rows rgb) {
+    source.read_rows(begin, end, rgb, {});
+    if (!source.rings()) return 0;
+    std::size_t count = 0;
+    for (std::size_t r = begin; r < end; ++r) {
+        float* row = rgb.row(r);
+        for (std::size_t i = 0; i < 3 * source.width(); ++i) {
+            count += row[i] < 0.0F;
+            row[i] = row[i] < 0.0F ? 0.0F : row[i];  // NaN stays
+        }
+    }
+    return count;
+}
+
+/// Decodes band after band in a thread of its own, while `use` works on the rows that are done in this one; the count
+/// is that of RadianceMap::ringing.
+template <class Use>
+std::size_t read_overlapped(ImageSource& source, Rows rgb, std::size_t rows, Use use) {
+    std::size_t ringing = 0;
+    BandQueue queue;
+    std::jthread decoder([&](const std::stop_token& stop) {
+        try {
+            for (std::size_t begin = 0; begin < source.height() && !stop.stop_requested(); begin += rows) {
+                const std::size_t end = std::min(begin + rows, source.height());
+                ringing += read_map_rows(source, begin, end, rgb);
+                queue.push({begin, end});
+            }
+            queue.finish(nullptr);
+        } catch (...) {
+            queue.finish(std::current_exception());
+        }
+    });
+    for (BandQueue::Band band; queue.pop(band);) use(band.begin, band.end);
+    decoder.join();
+    return ringing;
+}
+
+}  // namespace
+
+void PageBuffer::Free::operator()(float* p) const noexcept { std::free(p); }
+
+PageBuffer::PageBuffer(std::size_t count) : count_(count) {
+    if (count == 0) return;
+    if (count > (std::size_t{1} << 60)) throw std::bad_alloc();
+    data_.reset(static_cast<float*>(take_pages(count * sizeof(float))));
+}
+
+bool is_exr(const fs::path& file) {
+    constexpr std::string_view EXR_MAGIC{"\x76\x2f\x31\x01", 4};  // 20000630, little-endian
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (status.type() == fs::file_type::not_found) throw refused(file, "no such file; check the path");
+    if (error) throw refused(file, fmt::format("cannot be opened: {}; check the path", error.message()));
+    if (fs::is_directory(status)) throw refused(file, "is a folder; name an image file");
+    if (!fs::is_regular_file(status)) throw refused(file, "is not a regular file; save the image to a file first");
+    std::ifstream in(file, std::ios::binary);
+    if (!in)
+        throw refused(
+            file, fmt::format("cannot be opened: {}; check its permissions", std::generic_category().message(errno)));
+    std::string magic(EXR_MAGIC.size(), '\0');
+    in.read(magic.data(), static_cast<std::streamsize>(magic.size()));
+    magic.resize(static_cast<std::size_t>(in.gcount()));
+    if (magic.empty()) throw refused(file, "is empty; get the file anew");
+    return magic == EXR_MAGIC;
+}
+
+void check_size(const fs::path& file, std::size_t width, std::size_t height, const ReadLimits& limits) {
+    if (width == 0 || height == 0)
+        throw refused(file, fmt::format("has no texels ({} x {}); get the file anew", width, height));
+    if (width > limits.max_side || height > limits.max_side || width > limits.max_texels / height) {
+        throw refused(file, fmt::format("claims {} x {} texels, beyond the limits of {} a side and {} in all; "
+                                        "make it smaller if it really is that large",
+                                        width, height, limits.max_side, limits.max_texels));
+    }
+}
+
+RadianceMap read_map(const fs::path& file, const ReadOptions& options) {
+    const std::unique_ptr<ImageSource> source = open_source(file, options);
+    check_memory(file, *source, 3 * sizeof(float), options.limits);
+    const std::size_t width = source->width();
+    const std::size_t height = source->height();
+    RadianceMap map{width, height, PageBuffer(3 * width * height), 0};
+    Rows rgb{map.rgb.data(), static_cast<std::ptrdiff_t>(3 * width)};
+    if (options.flip_y) rgb = {rgb.row(height - 1), -rgb.stride};
+
+    const auto ready = [&](std::size_t begin, std::size_t end) {
+        if (!options.rows_ready) return;
+        if (options.flip_y) {
+            options.rows_ready(map, height - end, height - begin);
+        } else {
+            options.rows_ready(map, begin, end);
+        }
+    };
+    const std::size_t rows = band_rows(*source);
+    if (options.rows_ready && rows < height) {
+        map.ringing = read_overlapped(*source, rgb, rows, ready);
+    } else {
+        map.ringing = read_map_rows(*source, 0, height, rgb);
+        ready(0, height);
+    }
+    return map;
+}
+
+std::pair<std::size_t, std::size_t> read_image_size(const fs::path& file) {
+    const std::unique_ptr<ImageSource> source = open_source(file, {});
+    return {source->width(), source->height()};
+}
+
+Picture read_picture(const fs::path& file, const ReadOptions& options) {
+    const std::unique_ptr<ImageSource> source = open_source(file, options);
+    const std::size_t floats = source->has_alpha() ? 4 : 3;
+    check_memory(file, *source, floats * sizeof(float), options.limits);
+    Picture picture{source->width(), source->height(), {}, {}};
+    const std::size_t texels = picture.width * picture.height;
+    picture.rgb.resize(3 * texels);
+    Rows rgb{picture.rgb.data(), static_cast<std::ptrdiff_t>(3 * picture.width)};
+    Rows alpha;
+    if (source->has_alpha()) {
+        picture.alpha.resize(texels);
+        alpha = {picture.alpha.data(), static_cast<std::ptrdiff_t>(picture.width)};
+    }
+    if (options.flip_y) {
+        rgb = {rgb.row(picture.height - 1), -rgb.stride};
+        if (alpha.first) alpha = {alpha.row(picture.height - 1), -alpha.stride};
+    }
+    source->read_rows(0, picture.height, rgb, alpha);
+    return picture;
+}
+
+}  // namespace clerestory
