@@ -2,11 +2,11 @@
 
 #include <sys/types.h>
 
-#include <compare>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 
 namespace clerestory {
 
@@ -16,7 +16,10 @@ struct FileIdentity {
     dev_t device = 0;
     ino_t inode = 0;
     std::string name;  ///< empty where the file exists
-    auto operator<=>(const FileIdentity&) const = default;
+    bool operator==(const FileIdentity&) const = default;
+    bool operator<(const FileIdentity& other) const {
+        return std::tie(device, inode, name) < std::tie(other.device, other.inode, other.name);
+    }
 };
 
 /// A folder's, whether it exists yet or not; nothing where no part of its path can be looked at.

@@ -19,6 +19,16 @@ void warn_of_map(const MapOptions& options, const Common& common, std::size_t re
     if (black) warn(common, fmt::format("{}: the map is black", file));
 }
 
+constexpr const char* PREVIEW = "Preview";
+
+void add_gamma(CLI::App& command, double& gamma) {
+    command.add_option("--gamma", gamma, "Gamma of the 8-bit pictures")
+        ->type_name("X")
+        ->check(finite_between(1 / limits::LARGEST_GAMMA, limits::LARGEST_GAMMA))
+        ->capture_default_str()
+        ->group(PREVIEW);
+}
+
 }  // namespace
 
 CLI::Validator finite_between(double low, double high) {
@@ -60,18 +70,23 @@ void add_map_options(CLI::App& command, MapOptions& options) {
         ->group(group);
 }
 
+void add_chosen_tone(CLI::App& command, std::optional<double>& exposure, double& gamma) {
+    command
+        .add_option("--exposure", exposure,
+                    "Multiply the 8-bit pictures; without it, the exact sphere's bright end is nearly white")
+        ->type_name("X")
+        ->check(finite_between(1 / limits::LARGEST_EXPOSURE, limits::LARGEST_EXPOSURE))
+        ->group(PREVIEW);
+    add_gamma(command, gamma);
+}
+
 void add_tone_options(CLI::App& command, ToneOptions& tone) {
-    const char* group = "Preview";
     command.add_option("--exposure", tone.exposure, "Multiply the 8-bit preview")
         ->type_name("X")
         ->check(finite_between(0, limits::LARGEST_EXPOSURE))
         ->capture_default_str()
-        ->group(group);
-    command.add_option("--gamma", tone.gamma, "Gamma of the 8-bit preview")
-        ->type_name("X")
-        ->check(finite_between(1 / limits::LARGEST_GAMMA, limits::LARGEST_GAMMA))
-        ->capture_default_str()
-        ->group(group);
+        ->group(PREVIEW);
+    add_gamma(command, tone.gamma);
 }
 
 SceneLoader load_scene(const MapOptions& options, TableArithmetic arithmetic) {

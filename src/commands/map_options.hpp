@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 
 #include "commands/common.hpp"
 #include "render/map_request.hpp"
@@ -16,6 +17,9 @@ void add_map_options(CLI::App& command, MapOptions& options);
 
 /// Adds --exposure and --gamma.
 void add_tone_options(CLI::App& command, ToneOptions& tone);
+
+/// The same where the exposure is chosen by the exact sphere unless it is given.
+void add_chosen_tone(CLI::App& command, std::optional<double>& exposure, double& gamma);
 
 /// Accepts numbers in [low, high]; NaN and infinities are refused.
 CLI::Validator finite_between(double low, double high);

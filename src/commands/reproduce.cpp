@@ -126,8 +126,6 @@ void add_reproduce(CLI::App& app) {
     constexpr std::size_t SMALLEST_SIDE = 16;
     constexpr std::size_t LARGEST_SIDE = 4096;
     constexpr std::size_t MOST_SEEDS = 1000;
-    constexpr double LARGEST_EXPOSURE = 1e30;
-    constexpr double LARGEST_GAMMA = 100;
     auto* command = app.add_subcommand(
         "reproduce", "Make every figure of the course report, measure what it claims, and put all of it on one page");
     auto options = std::make_shared<ReproduceCommand>();
@@ -145,17 +143,7 @@ void add_reproduce(CLI::App& app) {
                      "Make these figures alone, such as figure_07,figure_12, and neither report nor page")
         ->delimiter(',')
         ->type_name("FIGURE[,...]");
-    command
-        ->add_option("--exposure", options->figures.exposure,
-                     "Multiply the 8-bit previews; without it, the exact sphere's bright end is nearly white")
-        ->type_name("X")
-        ->check(finite_between(1 / LARGEST_EXPOSURE, LARGEST_EXPOSURE))
-        ->group("Preview");
-    command->add_option("--gamma", options->figures.gamma, "Gamma of the 8-bit previews")
-        ->type_name("X")
-        ->check(finite_between(1 / LARGEST_GAMMA, LARGEST_GAMMA))
-        ->capture_default_str()
-        ->group("Preview");
+    add_chosen_tone(*command, options->figures.exposure, options->figures.gamma);
     command->add_option("-o,--output", options->folder, "Folder for the figures, report.json and index.html")
         ->type_name("DIR")
         ->capture_default_str();

@@ -66,8 +66,6 @@ void run(const SheetCommand& command) {
 void add_sheet(CLI::App& app) {
     constexpr std::size_t SMALLEST_PANEL = 128;
     constexpr std::size_t LARGEST_PANEL = 2048;
-    constexpr double LARGEST_EXPOSURE = 1e30;
-    constexpr double LARGEST_GAMMA = 100;
     auto* command = app.add_subcommand(
         "sheet", "Put map, samples, spheres and their errors side by side in one picture, a row a number of samples");
     auto options = std::make_shared<SheetCommand>();
@@ -82,17 +80,7 @@ void add_sheet(CLI::App& app) {
     command->add_option("--panel", options->sheet.panel, "Pixels of a sphere's side; a map is up to twice as wide")
         ->check(CLI::Range(SMALLEST_PANEL, LARGEST_PANEL))
         ->capture_default_str();
-    command
-        ->add_option("--exposure", options->sheet.exposure,
-                     "Multiply the pictures; without it, the exact sphere's bright end is nearly white")
-        ->type_name("X")
-        ->check(finite_between(1 / LARGEST_EXPOSURE, LARGEST_EXPOSURE))
-        ->group("Preview");
-    command->add_option("--gamma", options->sheet.gamma, "Gamma of the pictures")
-        ->type_name("X")
-        ->check(finite_between(1 / LARGEST_GAMMA, LARGEST_GAMMA))
-        ->capture_default_str()
-        ->group("Preview");
+    add_chosen_tone(*command, options->sheet.exposure, options->sheet.gamma);
     command->add_option("-o,--output", options->file, "The sheet, .png")->type_name("FILE")->capture_default_str();
     add_common(*command, options->common,
                "  clerestory sheet studio.exr -n 64,256,1024 -o sheet.png\n"
