@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
 
 #include "commands/commands.hpp"
@@ -12,21 +13,24 @@ namespace {
 
 constexpr int EXIT_USAGE = 2;
 constexpr int EXIT_DEVICE = 4;
+constexpr int EXIT_OUTPUT = 5;
 
 int run(int argc, char** argv) {
     CLI::App app;
     clerestory::commands::describe_program(app);
     try {
         app.parse(argc, argv);
+    } catch (const CLI::Success& asked) {
+        return app.exit(asked);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : EXIT_USAGE;
+        fmt::print(stderr, "clerestory: {}\n",
+                   clerestory::commands::usage_message(app, error, {argv + 1, argv + argc}));
+        return EXIT_USAGE;
     }
     return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_to_its_end(int argc, char** argv) {
     try {
         return run(argc, argv);
     } catch (const clerestory::Error& error) {
@@ -36,7 +40,21 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "clerestory: out of memory; a smaller map needs less\n");
         return EXIT_DEVICE;
     } catch (const std::exception& error) {
+        if (std::ferror(stdout) != 0) return 0;  // told below
         fmt::print(stderr, "clerestory: unexpected failure: {}\n", error.what());
         return EXIT_DEVICE;
     }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const int code = run_to_its_end(argc, argv);
+    std::cout.flush();
+    // A disk may be full, and say so no sooner than here.
+    const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
+    if (written || code != 0) return code;
+    fmt::print(stderr,
+               "clerestory: what was to go to stdout could not be written; free some space or write elsewhere\n");
+    return EXIT_OUTPUT;
 }

@@ -76,4 +76,10 @@ std::string one_line(std::string_view text) {
     return out;
 }
 
+std::string suffix_of(const std::filesystem::path& file) {
+    std::string suffix = file.extension().string();
+    for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return suffix;
+}
+
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,9 @@ std::string base64(std::string_view bytes);
 
 /// A picture as an address that holds it, so that a page needs no other file.
 std::string png_uri(std::string_view png);
+
+/// A file name's suffix with its dot, in lower case: what a file's format is told by.
+std::string suffix_of(const std::filesystem::path& file);
 
 /// A word as a POSIX shell takes it, quoted where it must be.
 std::string shell_word(std::string_view word);

@@ -15,6 +15,7 @@
 #include <set>
 #include <system_error>
 
+#include "base/nearest_word.hpp"
 #include "base/text_escape.hpp"
 #include "error.hpp"
 #include "picture/picture_file.hpp"

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <numeric>
 #include <string_view>
 
+#include "base/nearest_word.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -40,35 +40,7 @@ std::string of_whole(const std::optional<std::uint64_t>& value, std::size_t widt
     return value ? padded(std::to_string(*value), width) : MISSING_VALUE;
 }
 
-/// Number of single-letter changes from one word to the other. Source: Levenshtein, 1966.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({change, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
-}
-
 }  // namespace
-
-std::string nearest_word(const std::string& wrong, const std::vector<std::string>& known) {
-    std::string best;
-    std::size_t least = std::max<std::size_t>(2, wrong.size() / 3) + 1;
-    for (const auto& word : known) {
-        const bool begins = wrong.size() >= 3 && (word.starts_with(wrong) || wrong.starts_with(word));
-        const std::size_t distance = begins ? 1 : edit_distance(wrong, word);
-        if (distance >= least) continue;
-        least = distance;
-        best = word;
-    }
-    return best;
-}
 
 const std::vector<std::string>& Pattern::fields() {
     static const std::vector<std::string> names = {"map",       "folder",   "rotation", "frame", "samples",

@@ -48,7 +48,4 @@ class Pattern {
     std::vector<Part> parts_;
 };
 
-/// The word of `known` that `wrong` was most likely meant to be; empty where none is near.
-std::string nearest_word(const std::string& wrong, const std::vector<std::string>& known);
-
 }  // namespace clerestory

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "base/digest.hpp"
+#include "base/json_text.hpp"
 #include "base/output_check.hpp"
 #include "batch/cost.hpp"
 #include "error.hpp"
@@ -261,27 +262,27 @@ class Planner {
         for (const Job& job : jobs) {
             const MapOptions& m = job.recipe.map;
             const RenderOptions& r = job.recipe.render;
-            all += nlohmann::json({fs::path(m.file).filename().string(),
-                                   m.flip_y,
-                                   m.rotate_y,
-                                   m.scale,
-                                   m.luminance,
-                                   m.bad_texels,
-                                   estimator_name(r.estimator),
-                                   r.samples,
-                                   r.size,
-                                   r.albedo,
-                                   sequence_name(r.sampling.sequence),
-                                   texel_place_name(r.sampling.place),
-                                   r.sampling.seed,
-                                   r.sampling.control_degree,
-                                   r.harmonic.degree,
-                                   r.harmonic.lights,
-                                   job.recipe.tone.exposure,
-                                   job.recipe.tone.gamma,
-                                   job.outputs.size(),
-                                   job.cost_ns})
-                       .dump();
+            all += json_text(nlohmann::json({fs::path(m.file).filename().string(),
+                                             m.flip_y,
+                                             m.rotate_y,
+                                             m.scale,
+                                             m.luminance,
+                                             m.bad_texels,
+                                             estimator_name(r.estimator),
+                                             r.samples,
+                                             r.size,
+                                             r.albedo,
+                                             sequence_name(r.sampling.sequence),
+                                             texel_place_name(r.sampling.place),
+                                             r.sampling.seed,
+                                             r.sampling.control_degree,
+                                             r.harmonic.degree,
+                                             r.harmonic.lights,
+                                             job.recipe.tone.exposure,
+                                             job.recipe.tone.gamma,
+                                             job.outputs.size(),
+                                             job.cost_ns}),
+                             -1);
             for (const auto& output : job.outputs) all += fs::path(output).filename().string() + "\n";
         }
         return digest_of(all);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/digest.hpp"
+#include "base/json_text.hpp"
 #include "image.hpp"
 #include "map/image_source.hpp"
 #include "map/png_text.hpp"
@@ -52,7 +53,7 @@ std::string picture_digest(const PictureRecipe& recipe, const std::string& map_d
         all["exposure"] = recipe.tone.exposure;
         all["gamma"] = recipe.tone.gamma;
     }
-    return digest_of(all.dump());
+    return digest_of(json_text(all, -1));
 }
 
 bool is_current(const std::string& file, const std::string& digest) noexcept {

@@ -18,6 +18,7 @@
 #include "base/atomic_file.hpp"
 #include "base/available_memory.hpp"
 #include "base/clock.hpp"
+#include "base/json_text.hpp"
 #include "batch/job_file.hpp"
 #include "batch/plan.hpp"
 #include "batch/report.hpp"
@@ -206,7 +207,7 @@ fs::path report_file(const BatchCommand& command, const Shard& shard) {
 /// A full disk that made jobs fail may have no room for the report either: with --json it stands elsewhere already.
 void keep_report(const BatchCommand& command, const fs::path& file, const nlohmann::json& report) {
     try {
-        write_text(file, report.dump(2) + "\n");
+        write_text(file, json_text(report));
     } catch (const OutputError& error) {
         if (command.common.json.empty()) throw;
         warn(command.common, error.what());

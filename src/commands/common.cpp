@@ -5,13 +5,16 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/json_text.hpp"
 #include "base/output_check.hpp"
 #include "commands/caches.hpp"
+#include "commands/validators.hpp"
 #include "error.hpp"
 #include "render/known_answers.hpp"
 
@@ -21,6 +24,7 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
     const char* group = "Every command";
     command.add_option("--json", common.json, "Write a JSON report to FILE, or to stdout with -")
         ->type_name("FILE|-")
+        ->check(output_name())
         ->group(group);
     command.add_flag("-q,--quiet", common.quiet, "No messages but warnings and errors")->group(group);
     command.add_flag("-v,--verbose", common.verbose, "More messages: sizes, device, time by stage")->group(group);
@@ -31,10 +35,12 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
         ->group(group);
     command.add_option("--threads", common.device.threads, "Compute units of the device to use; 0 is all of them")
         ->type_name("N")
+        ->transform(whole_number(0, std::numeric_limits<unsigned>::max()))
         ->group(group);
     command
         .add_option("--work-group", common.device.work_group, "Work-items in a group; 0 is each kernel's own choice")
         ->type_name("N")
+        ->transform(whole_number())
         ->group(group);
     // For tests: lays work out as for a device of another kind, on whatever device there is.
     command
@@ -44,6 +50,7 @@ void add_common(CLI::App& command, Common& common, const std::string& example) {
         ->group("");
     command.add_option("--seed", common.seed, "Seed of every random number; the same seed gives the same bits")
         ->type_name("N")
+        ->transform(whole_number())
         ->capture_default_str()
         ->group(group);
     command.footer("\nExample:\n" + example);
@@ -71,7 +78,7 @@ void check_files(const Common& common, const std::vector<std::filesystem::path>&
 
 void emit_json(const Common& common, const nlohmann::json& report) {
     if (common.json.empty()) return;
-    const std::string text = report.dump(2) + "\n";
+    const std::string text = json_text(report);
     if (common.json != "-") {
         write_text(common.json, text);
         return;

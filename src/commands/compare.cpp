@@ -8,6 +8,7 @@
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
+#include "commands/validators.hpp"
 #include "comparison.hpp"
 #include "image.hpp"
 

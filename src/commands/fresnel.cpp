@@ -11,8 +11,11 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/json_text.hpp"
+#include "base/text_escape.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
+#include "commands/validators.hpp"
 #include "error.hpp"
 #include "fresnel/fresnel_report.hpp"
 
@@ -32,7 +35,7 @@ struct Options {
 };
 
 void check_suffix(const std::string& output) {
-    const auto suffix = fs::path(output).extension();
+    const std::string suffix = suffix_of(output);
     if (suffix == ".svg" || suffix == ".png" || suffix == ".csv" || suffix == ".json") return;
     throw UsageError(fmt::format("-o {}: curves are written as .svg, .png, .csv or .json", output));
 }
@@ -63,9 +66,9 @@ void print(const FresnelFacts& facts) {
 
 void write_output(const std::string& output, const plot::Plot& plot, const FresnelCurves& curves,
                   const nlohmann::json& report) {
-    const auto suffix = fs::path(output).extension();
+    const std::string suffix = suffix_of(output);
     if (suffix == ".csv") return write_text(output, fresnel_csv(curves));
-    if (suffix == ".json") return write_text(output, report.dump(2) + "\n");
+    if (suffix == ".json") return write_text(output, json_text(report));
     plot::write(output, plot);
 }
 
@@ -105,6 +108,7 @@ void add_fresnel(CLI::App& app) {
         ->capture_default_str();
     auto* steps = command->add_option("--steps", options->steps, "Angles from 0 to 90 degrees, both included")
                       ->type_name("N")
+                      ->transform(whole_number(MIN_FRESNEL_STEPS, MAX_FRESNEL_STEPS))
                       ->capture_default_str();
     command->add_option("--angles", options->angles, "These incidence angles in degrees, in place of --steps")
         ->type_name("A,B,...")
@@ -113,6 +117,7 @@ void add_fresnel(CLI::App& app) {
     command->add_option("-o,--output", options->outputs, "File to write: .svg, .png, .csv or .json; may repeat")
         ->type_name("FILE")
         ->expected(1)
+        ->check(output_name())
         ->take_all();
     add_common(*command, options->common,
                "  clerestory fresnel --ior-incident 1 --ior-transmitted 1.5 -o glass.svg -o glass.csv\n"

@@ -8,6 +8,7 @@
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
+#include "commands/validators.hpp"
 #include "error.hpp"
 #include "inspect.hpp"
 #include "tables/table_arithmetic.hpp"
@@ -129,6 +130,7 @@ nlohmann::json map_report(const InfoOptions& options, const RadianceMap& map, co
 
 void run(const InfoOptions& options) {
     check_files(options.common, {map_file(options.map)});
+    say_which_map(options.map, options.common);
     RadianceMap map = read_map_of(options.map);
     const MapFacts facts = inspect(map, luminance_of(options.map));
     nlohmann::json report = map_report(options, map, facts);
@@ -164,7 +166,7 @@ void add_info(CLI::App& app) {
             "measure what each loses")
         ->delimiter(',')
         ->type_name("NAME[,NAME...]")
-        ->check(CLI::IsMember(table_arithmetic_names()));
+        ->check(one_of(table_arithmetic_names()));
     add_common(*command, options->common,
                "  clerestory info studio.exr\n  clerestory info studio.exr --table-arithmetic f32,f64,integer\n  "
                "clerestory info studio.exr --json -\n\n"

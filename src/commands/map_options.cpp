@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <utility>
 
+#include "commands/validators.hpp"
 #include "error.hpp"
 #include "render/picture_limits.hpp"
 
@@ -31,21 +31,11 @@ void add_gamma(CLI::App& command, double& gamma) {
 
 }  // namespace
 
-CLI::Validator finite_between(double low, double high) {
-    return {[low, high](std::string& text) -> std::string {
-                double value = 0;
-                if (!CLI::detail::lexical_cast(text, value) || !std::isfinite(value) || value < low || value > high) {
-                    return fmt::format("{} is not a number from {} to {}", text, low, high);
-                }
-                return {};
-            },
-            fmt::format("{}..{}", low, high)};
-}
-
 void add_map_options(CLI::App& command, MapOptions& options) {
     const char* group = "Map";
     command
         .add_option("MAP", options.file, "Latitude-longitude HDR map: EXR, HDR, PFM, TIFF; without it the bundled map")
+        ->check(not_empty())
         ->group(group);
     command.add_flag("--flip-y", options.flip_y, "The map's rows are stored bottom-up")->group(group);
     command.add_option("--rotate-y", options.rotate_y, "Turn the map about +y by DEGREES, added to phi")
@@ -59,13 +49,13 @@ void add_map_options(CLI::App& command, MapOptions& options) {
         ->capture_default_str()
         ->group(group);
     command.add_option("--luminance", options.luminance, "Intensity: (R + G + B) / 3, or by Rec. 709's weights")
-        ->check(CLI::IsMember({"average", "rec709"}))
+        ->check(one_of({"average", "rec709"}))
         ->capture_default_str()
         ->group(group);
     command
         .add_option("--bad-texels", options.bad_texels,
                     "NaN, infinite and negative texels: refuse the map, or blacken them")
-        ->check(CLI::IsMember({"refuse", "zero"}))
+        ->check(one_of({"refuse", "zero"}))
         ->capture_default_str()
         ->group(group);
 }
@@ -89,7 +79,13 @@ void add_tone_options(CLI::App& command, ToneOptions& tone) {
     add_gamma(command, tone.gamma);
 }
 
-SceneLoader load_scene(const MapOptions& options, TableArithmetic arithmetic) {
+void say_which_map(const MapOptions& options, const Common& common) {
+    if (!options.file.empty()) return;
+    say(common, fmt::format("no map named: the bundled {}", map_file(options).stem().string()));
+}
+
+SceneLoader load_scene(const MapOptions& options, const Common& common, TableArithmetic arithmetic) {
+    say_which_map(options, common);
     SceneOptions scene = scene_options_of(options);
     scene.arithmetic = arithmetic;
     return {map_file(options), read_options_of(options), scene};

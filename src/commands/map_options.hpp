@@ -21,11 +21,12 @@ void add_tone_options(CLI::App& command, ToneOptions& tone);
 /// The same where the exposure is chosen by the exact sphere unless it is given.
 void add_chosen_tone(CLI::App& command, std::optional<double>& exposure, double& gamma);
 
-/// Accepts numbers in [low, high]; NaN and infinities are refused.
-CLI::Validator finite_between(double low, double high);
+/// Says that the bundled map is taken where none was named.
+void say_which_map(const MapOptions& options, const Common& common);
 
 /// Starts reading a command's map: the first thing that a command does.
-SceneLoader load_scene(const MapOptions& options, TableArithmetic arithmetic = TableArithmetic::integer);
+SceneLoader load_scene(const MapOptions& options, const Common& common,
+                       TableArithmetic arithmetic = TableArithmetic::integer);
 
 /// The scene that comes of it, with a warning where texels were repaired or none is lit.
 std::unique_ptr<Scene> finish_scene(SceneLoader& loader, const Device& device, TableBuilder& builder,

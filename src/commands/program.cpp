@@ -1,7 +1,10 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <string>
 
+#include "base/nearest_word.hpp"
 #include "clerestory/version.hpp"
 #include "commands/caches.hpp"
 #include "commands/commands.hpp"
@@ -59,6 +62,32 @@ void describe_program(CLI::App& app) {
     add_devices(app);
     add_fresnel(app);
     let_flags_take_one_argument(app);
+}
+
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
+    std::vector<std::string> commands;
+    for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
+    const std::string first = words.empty() ? std::string() : words.front();
+    if (std::find(commands.begin(), commands.end(), first) == commands.end()) {
+        if (first.empty()) return fmt::format("a command is required: {}", fmt::join(commands, ", "));
+        if (first.front() != '-') {
+            return fmt::format("no command is named {}{}", first, did_you_mean(first, commands));
+        }
+        return fmt::format("no flag is named {}; `clerestory --help` lists commands", first);
+    }
+    const CLI::App* command = app.get_subcommand(first);
+    std::vector<std::string> flags;
+    for (const CLI::Option* option : command->get_options()) {
+        for (const auto& name : option->get_lnames()) flags.push_back("--" + name);
+        for (const auto& name : option->get_snames()) flags.push_back("-" + name);
+    }
+    for (const std::string& word : words) {
+        const std::string flag = word.substr(0, word.find('='));
+        const bool known = std::find(flags.begin(), flags.end(), flag) != flags.end();
+        if (!flag.starts_with("--") || flag == "--" || known) continue;
+        return fmt::format("{} has no flag {}{}", first, flag, did_you_mean(flag, flags));
+    }
+    return fmt::format("{}; see `clerestory {} --help`", error.what(), first);
 }
 
 }  // namespace clerestory::commands

@@ -11,10 +11,12 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/json_text.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
+#include "commands/validators.hpp"
 #include "error.hpp"
 #include "map/image_source.hpp"
 #include "measure/choose_estimator.hpp"
@@ -137,7 +139,7 @@ nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, cons
     if (!command.exports.empty()) result["scenes"] = write_scenes(command, options);
     seconds["write"] = watch.lap();
     result["seconds"] = seconds;
-    detail(command.common, seconds.dump());
+    detail(command.common, json_text(seconds, -1));
     return result;
 }
 
@@ -164,7 +166,8 @@ void run(RenderCommand command) {
     check_outputs(command);
     const Stopwatch total;
     Stopwatch watch;
-    SceneLoader loader = load_scene(command.map, table_arithmetic_by_name(command.draw.table_arithmetic));
+    SceneLoader loader =
+        load_scene(command.map, command.common, table_arithmetic_by_name(command.draw.table_arithmetic));
     const Device device = open_device(command.common);
     TableBuilder builder(device);
     nlohmann::json before = {{"device", watch.lap()}};
@@ -196,19 +199,19 @@ void add_render(CLI::App& app) {
     add_map_options(*command, options->map);
     add_draw_options(*command, options->draw);
     command->add_option("--estimator", options->estimator, "How light is added up")
-        ->check(CLI::IsMember(estimator_names()))
+        ->check(one_of(estimator_names()))
         ->capture_default_str();
     add_control_degree(*command, options->render.sampling.control_degree);
     command->add_option("--degree", options->render.harmonic.degree, "Degree of --estimator harmonic")
-        ->check(CLI::Range(std::size_t{0}, HarmonicOptions::MAX_DEGREE))
+        ->transform(whole_number(0, HarmonicOptions::MAX_DEGREE))
         ->capture_default_str();
     command
         ->add_option("--lights", options->render.harmonic.lights,
                      "Brightest texels that --estimator harmonic takes as lights of their own")
-        ->check(CLI::Range(std::size_t{0}, HarmonicOptions::MAX_LIGHTS))
+        ->transform(whole_number(0, HarmonicOptions::MAX_LIGHTS))
         ->capture_default_str();
     command->add_option("--size", options->render.size, "Pixels of a side")
-        ->check(CLI::Range(std::size_t{1}, limits::LARGEST_SIDE))
+        ->transform(whole_number(1, limits::LARGEST_SIDE))
         ->capture_default_str();
     command->add_option("--albedo", options->render.albedo, "Share of light that the sphere reflects")
         ->check(finite_between(0, limits::LARGEST_ALBEDO))
@@ -228,6 +231,7 @@ void add_render(CLI::App& app) {
                      "File to write, .exr or .png; may repeat; {samples} in it becomes the number of samples")
         ->type_name("FILE")
         ->expected(1)
+        ->check(output_name())
         ->take_all();
     command
         ->add_option("--export", options->exports,
@@ -235,7 +239,7 @@ void add_render(CLI::App& app) {
                      "the first output, with N samples a pixel")
         ->delimiter(',')
         ->type_name("RENDERER[,...]")
-        ->check(CLI::IsMember(scene_format_names()));
+        ->check(one_of(scene_format_names()));
     add_common(*command, options->common,
                "  clerestory render studio.exr -n 1024 --estimator shared -o sphere.exr -o sphere.png\n"
                "  clerestory render studio.exr -n 8,16,32 --estimator per-pixel -o 'sphere_{samples}.png'\n"

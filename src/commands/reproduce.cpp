@@ -10,9 +10,11 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/json_text.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
+#include "commands/validators.hpp"
 #include "reproduce/figures.hpp"
 #include "reproduce/report_page.hpp"
 
@@ -88,7 +90,7 @@ void check_files_of_figures(const ReproduceCommand& command) {
 void run(const ReproduceCommand& command) {
     check_files_of_figures(command);
     const Stopwatch total;
-    SceneLoader loader = load_scene(command.map);
+    SceneLoader loader = load_scene(command.map, command.common);
     const Device device = open_device(command.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);
@@ -112,7 +114,7 @@ void run(const ReproduceCommand& command) {
     report["seconds"] = total.seconds();
     if (options.only.empty()) {
         const std::filesystem::path folder(command.folder);
-        write_text(folder / "report.json", report.dump(2) + "\n");
+        write_text(folder / "report.json", json_text(report));
         written((folder / "report.json").string());
         write_text(folder / "index.html", report_page(report, figures.pictures()));
         written((folder / "index.html").string());
@@ -132,11 +134,11 @@ void add_reproduce(CLI::App& app) {
     options->map.rotate_y = options->figures.rotate_y_deg;
     add_map_options(*command, options->map);
     command->add_option("--size", options->figures.size, "Pixels of a sphere picture's side")
-        ->check(CLI::Range(SMALLEST_SIDE, LARGEST_SIDE))
+        ->transform(whole_number(SMALLEST_SIDE, LARGEST_SIDE))
         ->capture_default_str();
     command->add_option("--seeds", options->figures.seeds, "Seeds over which errors are studied")
         ->type_name("N")
-        ->check(CLI::Range(std::size_t{2}, MOST_SEEDS))
+        ->transform(whole_number(2, MOST_SEEDS))
         ->capture_default_str();
     command
         ->add_option("--only", options->figures.only,
@@ -145,6 +147,7 @@ void add_reproduce(CLI::App& app) {
         ->type_name("FIGURE[,...]");
     add_chosen_tone(*command, options->figures.exposure, options->figures.gamma);
     command->add_option("-o,--output", options->folder, "Folder for the figures, report.json and index.html")
+        ->check(output_name())
         ->type_name("DIR")
         ->capture_default_str();
     add_common(*command, options->common,

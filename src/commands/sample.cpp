@@ -12,6 +12,7 @@
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
+#include "commands/validators.hpp"
 #include "picture/light_list.hpp"
 #include "sampling/sample_records.hpp"
 #include "sampling/stage3_sample.hpp"
@@ -94,7 +95,8 @@ void check_files_of_sets(const SampleOptions& options) {
 
 void run(const SampleOptions& options) {
     check_files_of_sets(options);
-    SceneLoader loader = load_scene(options.map, table_arithmetic_by_name(options.draw.table_arithmetic));
+    SceneLoader loader =
+        load_scene(options.map, options.common, table_arithmetic_by_name(options.draw.table_arithmetic));
     const Device device = open_device(options.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, options.map, options.common);
@@ -123,8 +125,9 @@ void add_sample(CLI::App& app) {
                      "Write each set also as lights_N, directional lights for other renderers: json, exr or both")
         ->delimiter(',')
         ->type_name("FORMAT[,...]")
-        ->check(CLI::IsMember({"json", "exr"}));
+        ->check(one_of({"json", "exr"}));
     command->add_option("-o,--output", options->folder, "Folder for samples_N.png and samples_N.csv")
+        ->check(output_name())
         ->type_name("DIR")
         ->capture_default_str();
     add_common(*command, options->common,

@@ -1,5 +1,7 @@
 #include "commands/sampling_options.hpp"
 
+#include "commands/validators.hpp"
+
 #include "render/picture_limits.hpp"
 #include "render/picture_recipe.hpp"
 #include "tables/table_arithmetic.hpp"
@@ -11,23 +13,23 @@ void add_draw_options(CLI::App& command, DrawOptions& options) {
     command.add_option("-n,--samples", options.counts, "Numbers of samples, such as 64,256,1024")
         ->delimiter(',')
         ->type_name("N[,N...]")
-        ->check(CLI::Range(std::size_t{1}, limits::LARGEST_COUNT))
+        ->transform(whole_number(1, limits::LARGEST_COUNT))
         ->capture_default_str()
         ->group(group);
     command
         .add_option("--sequence", options.sequence,
                     "Where sample points come from; sobol is best where N is a power of two")
-        ->check(CLI::IsMember(sequence_names()))
+        ->check(one_of(sequence_names()))
         ->capture_default_str()
         ->group(group);
     command.add_option("--texel", options.texel, "A sample lies anywhere in its texel, or at its centre")
-        ->check(CLI::IsMember(texel_place_names()))
+        ->check(one_of(texel_place_names()))
         ->capture_default_str()
         ->group(group);
     command
         .add_option("--table-arithmetic", options.table_arithmetic,
                     "Arithmetic of the sampling tables; integer is exact, the others show what they lose")
-        ->check(CLI::IsMember(table_arithmetic_names()))
+        ->check(one_of(table_arithmetic_names()))
         ->capture_default_str()
         ->group(group);
 }
@@ -37,7 +39,7 @@ void add_control_degree(CLI::App& command, unsigned& degree) {
     command
         .add_option("--control-degree", degree,
                     "Sample only what harmonics to this degree leave, which are known exactly; 0 samples everything")
-        ->check(CLI::Range(0U, SamplingOptions::MAX_CONTROL_DEGREE))
+        ->transform(whole_number(0, SamplingOptions::MAX_CONTROL_DEGREE))
         ->capture_default_str()
         ->group("Samples");
 }

@@ -8,10 +8,12 @@
 #include <string>
 
 #include "base/clock.hpp"
+#include "base/text_escape.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
 #include "commands/sampling_options.hpp"
+#include "commands/validators.hpp"
 #include "error.hpp"
 
 namespace clerestory::commands {
@@ -27,12 +29,12 @@ struct SheetCommand {
 };
 
 void run(const SheetCommand& command) {
-    if (std::filesystem::path(command.file).extension() != ".png") {
+    if (suffix_of(command.file) != ".png") {
         throw UsageError(fmt::format("{}: a contact sheet ends in .png", command.file));
     }
     check_files(command.common, {map_file(command.map)}, {command.file});
     const Stopwatch total;
-    SceneLoader loader = load_scene(command.map);
+    SceneLoader loader = load_scene(command.map, command.common);
     const Device device = open_device(command.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);
@@ -73,15 +75,18 @@ void add_sheet(CLI::App& app) {
     add_draw_options(*command, options->draw);
     add_control_degree(*command, options->sheet.render.sampling.control_degree);
     command->add_option("--estimator", options->estimator, "How light is added up")
-        ->check(CLI::IsMember({"shared", "per-pixel"}))
+        ->check(one_of({"shared", "per-pixel"}))
         ->capture_default_str();
     command->add_option("--title", options->sheet.title, "Title of the sheet; without it the map's file name")
         ->type_name("TEXT");
     command->add_option("--panel", options->sheet.panel, "Pixels of a sphere's side; a map is up to twice as wide")
-        ->check(CLI::Range(SMALLEST_PANEL, LARGEST_PANEL))
+        ->transform(whole_number(SMALLEST_PANEL, LARGEST_PANEL))
         ->capture_default_str();
     add_chosen_tone(*command, options->sheet.exposure, options->sheet.gamma);
-    command->add_option("-o,--output", options->file, "The sheet, .png")->type_name("FILE")->capture_default_str();
+    command->add_option("-o,--output", options->file, "The sheet, .png")
+        ->check(output_name())
+        ->type_name("FILE")
+        ->capture_default_str();
     add_common(*command, options->common,
                "  clerestory sheet studio.exr -n 64,256,1024 -o sheet.png\n"
                "  clerestory sheet studio.exr -n 8,32 --estimator per-pixel --control-degree 0 -o noise.png");

@@ -11,10 +11,12 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/json_text.hpp"
 #include "base/text_escape.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
+#include "commands/validators.hpp"
 #include "draw/plot.hpp"
 #include "error.hpp"
 #include "measure/error_meter.hpp"
@@ -72,7 +74,7 @@ void write_all(const StudyCommand& command, const nlohmann::json& report, const 
     };
     write("study.csv", study_csv(measured.points));
     for (const auto& [name, svg] : pictures) write(name + ".svg", svg);
-    write("study.json", report.dump(2) + "\n");
+    write("study.json", json_text(report));
     write("index.html", study_page(report, pictures));
 }
 
@@ -81,7 +83,7 @@ void run(const StudyCommand& command) {
     for (const auto& name : study_files()) files.push_back(std::filesystem::path(command.folder) / name);
     check_files(command.common, {map_file(command.map)}, std::move(files));
     const Stopwatch total;
-    SceneLoader loader = load_scene(command.map);
+    SceneLoader loader = load_scene(command.map, command.common);
     const Device device = open_device(command.common);
     TableBuilder builder(device);
     const auto scene = finish_scene(loader, device, builder, command.map, command.common);
@@ -138,11 +140,11 @@ void add_study(CLI::App& app) {
     auto options = std::make_shared<StudyCommand>();
     add_map_options(*command, options->map);
     command->add_option("--size", options->size, "Pixels of a sphere picture's side")
-        ->check(CLI::Range(SMALLEST_SIDE, LARGEST_SIDE))
+        ->transform(whole_number(SMALLEST_SIDE, LARGEST_SIDE))
         ->capture_default_str();
     command->add_option("--seeds", options->seeds, "Most seeds of a point, as the budget allows")
         ->type_name("N")
-        ->check(CLI::Range(std::size_t{2}, MOST_SEEDS))
+        ->transform(whole_number(2, MOST_SEEDS))
         ->capture_default_str();
     command
         ->add_option("--budget", options->budget,
@@ -151,6 +153,7 @@ void add_study(CLI::App& app) {
         ->check(finite_between(1, LONGEST_SECONDS))
         ->capture_default_str();
     command->add_option("-o,--output", options->folder, "Folder for study.csv, study.json, plots and index.html")
+        ->check(output_name())
         ->type_name("DIR")
         ->capture_default_str();
     add_common(*command, options->common,

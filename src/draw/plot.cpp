@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "base/atomic_file.hpp"
+#include "base/text_escape.hpp"
 #include "draw/gnuplot.hpp"
 #include "draw/plot_theme.hpp"
 #include "error.hpp"
@@ -198,7 +199,7 @@ std::string png(const Plot& plot) {
 }
 
 void write(const std::filesystem::path& file, const Plot& plot) {
-    const auto suffix = file.extension();
+    const std::string suffix = suffix_of(file);
     if (suffix != ".svg" && suffix != ".png") {
         throw UsageError(fmt::format("{}: a plot is written as .svg or .png", file.string()));
     }

@@ -22,6 +22,7 @@
 
 #include "base/available_memory.hpp"
 #include "base/huge_pages.hpp"
+#include "base/text_escape.hpp"
 #include "error.hpp"
 #include "map/image_source.hpp"
 
@@ -41,7 +42,7 @@ InputError refused(const fs::path& file, std::string_view what) {
 
 std::unique_ptr<ImageSource> open_source(const fs::path& file, const ReadOptions& options) {
     if (is_exr(file)) return open_exr(file, options.limits);
-    if (file.extension() == ".exr") {
+    if (suffix_of(file) == ".exr") {
         throw refused(file, "is not an EXR file, whatever its name says; its first bytes belong to another kind");
     }
     return open_oiio(file, options);

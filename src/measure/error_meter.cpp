@@ -70,7 +70,7 @@ struct ErrorMeter::State {
         constexpr int RUNS = 5;
         const auto [entry, is_new] = control_seconds.try_emplace(degree, std::numeric_limits<double>::infinity());
         for (int k = 0; is_new && k <= RUNS; ++k) {
-            renderer.forget_projections();
+            renderer.forget_projection({degree, 0});
             const Stopwatch watch;
             (void)renderer.projection(scene, {degree, 0});
             if (k > 0) entry->second = std::min(entry->second, watch.seconds());  // the first one warms up
@@ -79,7 +79,7 @@ struct ErrorMeter::State {
     }
 
     MethodTimes shade(const RenderOptions& m, Sphere& on, const ProgressFunction& progress = {}) {
-        if (m.estimator == Estimator::harmonic) renderer.forget_projections();
+        if (m.estimator == Estimator::harmonic) renderer.forget_projection(m.harmonic);
         MethodTimes times = times_of(renderer.shade(scene, m, on.view, on.unit_albedo_radiance, progress));
         if (draws_samples(m.estimator)) times.project = control_projection(m.sampling.control_degree);
         return times;

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.hpp"
 #include "error.hpp"
 #include "image.hpp"
 #include "picture/picture_file.hpp"
@@ -49,7 +50,7 @@ std::vector<DirectionalLight> light_list(const std::vector<SampleRecord>& record
 }
 
 std::string lights_json(const std::vector<DirectionalLight>& lights, const nlohmann::json& facts) {
-    std::string out = head_of(lights, facts).dump();
+    std::string out = json_text(head_of(lights, facts), -1);
     out.pop_back();  // the closing brace comes after the lights
     out += ",\"lights\":[";
     auto to = std::back_inserter(out);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/text_escape.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -30,13 +31,13 @@ void add_values(Header& header, const std::string& prefix, const nlohmann::json&
 }  // namespace
 
 void check_picture_suffix(const std::string& file) {
-    const auto suffix = std::filesystem::path(file).extension();
+    const std::string suffix = suffix_of(file);
     if (suffix != ".exr" && suffix != ".png") {
         throw UsageError(fmt::format("{}: a picture ends in .exr or .png", file));
     }
 }
 
-bool is_preview(const std::string& file) { return std::filesystem::path(file).extension() == ".png"; }
+bool is_preview(const std::string& file) { return suffix_of(file) == ".png"; }
 
 std::vector<cl_uint> preview_of(const Rendered& picture, const ToneOptions& tone, Display& display) {
     return display.preview(picture.rgba, 4, tone);

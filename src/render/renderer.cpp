@@ -33,7 +33,9 @@ class CachedOfScene {
         if (entries_.size() == MOST) entries_.pop_back();
         return entries_.emplace_front(options, make()).second;
     }
-    void clear() noexcept { entries_.clear(); }
+    void forget(const Options& options) noexcept {
+        entries_.remove_if([&](const auto& entry) { return entry.first == options; });
+    }
 
   private:
     std::weak_ptr<const void> scene_;
@@ -153,7 +155,7 @@ const ProjectedMap& Renderer::projection(const Scene& scene, const HarmonicOptio
     return state_->projection(scene, options);
 }
 
-void Renderer::forget_projections() noexcept { state_->projections.clear(); }
+void Renderer::forget_projection(const HarmonicOptions& options) noexcept { state_->projections.forget(options); }
 
 StageSeconds Renderer::shade(const Scene& scene, const RenderOptions& options, const SphereView& view,
                              Buffer<cl_float>& unit_albedo_radiance, const ProgressFunction& progress) {

@@ -35,8 +35,8 @@ class Renderer {
 
     /// The map's harmonic series and lights, projected when first asked for.
     const ProjectedMap& projection(const Scene& scene, const HarmonicOptions& options);
-    /// Projects anew from now on: for who times that.
-    void forget_projections() noexcept;
+    /// Projects anew when next asked: for who times that.
+    void forget_projection(const HarmonicOptions& options) noexcept;
 
     [[nodiscard]] const Device& device() const noexcept;
     [[nodiscard]] Display& display();
