@@ -115,7 +115,7 @@ TEST_F(CommandLine, AStdoutThatTakesNothingIsExitFive) {
     for (const std::string arguments : {"info m.exr", "info m.exr --json -", "compare m.exr m.exr", "fresnel", "--help",
                                         "render --help", "--version", "devices", "fresnel --json -"}) {
         const ProgramResult result = run_command(
-            {"sh", "-c", "exec " CLERESTORY_PROGRAM " " + arguments + " > /dev/full"}, {.folder = folder_.path()});
+            {"sh", "-c", "exec \"$0\" " + arguments + " > /dev/full", CLERESTORY_PROGRAM}, {.folder = folder_.path()});
         EXPECT_EQ(result.exit_code, 5) << arguments << ": " << result.err;
         EXPECT_THAT(result.err, HasSubstr("stdout")) << arguments;
     }
