@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "error.hpp"
+#include "render/method.hpp"
 
 namespace clerestory {
 namespace {
@@ -27,7 +28,7 @@ json describe_job(const Job& job) {
                       {"estimator", estimator_name(render.estimator)},
                       {"size", render.size},
                       {"outputs", job.outputs}};
-    if (render.estimator == Estimator::shared || render.estimator == Estimator::per_pixel) {
+    if (draws_samples(render.estimator)) {
         described["samples"] = render.samples;
         described["sequence"] = sequence_name(render.sampling.sequence);
         described["seed"] = render.sampling.seed;

@@ -10,6 +10,7 @@
 #include "map/image_source.hpp"
 #include "map/png_text.hpp"
 #include "picture/picture_file.hpp"
+#include "render/method.hpp"
 
 namespace clerestory {
 
@@ -38,7 +39,7 @@ std::string picture_digest(const PictureRecipe& recipe, const std::string& map_d
                           {"estimator", estimator_name(render.estimator)},
                           {"size", render.size},
                           {"albedo", render.albedo}};
-    if (render.estimator == Estimator::shared || render.estimator == Estimator::per_pixel) {
+    if (draws_samples(render.estimator)) {
         all["samples"] = render.samples;
         all["sequence"] = sequence_name(render.sampling.sequence);
         all["texel"] = texel_place_name(render.sampling.place);

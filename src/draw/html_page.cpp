@@ -198,6 +198,6 @@ std::string page_html(const std::string& title, const std::string& body) {
     return page.fill(page_text("page.html"));
 }
 
-const std::string& page_text(std::string_view name) { return page_texts::all().find(name)->second; }
+const std::string& page_text(std::string_view name) { return page_texts::all().at(std::string(name)); }
 
 }  // namespace clerestory

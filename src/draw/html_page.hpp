@@ -69,7 +69,8 @@ std::string figure_html(const FigureBlock& figure);
 /// A whole page: one file that needs no other, for light and dark screens, phones and paper.
 std::string page_html(const std::string& title, const std::string& body);
 
-/// A file of the pages' own, such as "page.css", which travels within the program.
+/// A file of the pages' own, such as "page.css", which travels within the program. Throws std::out_of_range where there
+/// is none of this name.
 const std::string& page_text(std::string_view name);
 
 }  // namespace clerestory

@@ -1,5 +1,4 @@
 #include "study/ranking.hpp"
-#include "render/method.hpp"
 
 #include <fmt/format.h>
 
@@ -10,6 +9,8 @@
 #include <map>
 #include <numeric>
 #include <tuple>
+
+#include "render/method.hpp"
 
 namespace clerestory {
 namespace {

@@ -1,25 +1,22 @@
 #include "study/report.hpp"
-#include "render/method.hpp"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+
+#include "render/method.hpp"
 
 namespace clerestory {
 namespace {
 
 using nlohmann::json;
 
-bool samples_light(const RenderOptions& m) {
-    return m.estimator == Estimator::shared || m.estimator == Estimator::per_pixel;
-}
-
 /// What the method is made of; null where it has no such part.
 json method_json(const RenderOptions& m) {
     json method = {{"name", method_name(m)}, {"flags", method_flags(m)}, {"estimator", estimator_name(m.estimator)},
                    {"sequence", nullptr},    {"samples", nullptr},       {"control_degree", nullptr},
                    {"degree", nullptr},      {"lights", nullptr}};
-    if (samples_light(m)) {
+    if (draws_samples(m.estimator)) {
         method["sequence"] = sequence_name(m.sampling.sequence);
         method["samples"] = m.samples;
         method["control_degree"] = m.sampling.control_degree;
@@ -104,7 +101,7 @@ std::string study_csv(const std::vector<StudyPoint>& points) {
     for (const StudyPoint& p : points) {
         const RenderOptions& m = p.method;
         text += estimator_name(m.estimator);
-        if (samples_light(m)) {
+        if (draws_samples(m.estimator)) {
             text +=
                 fmt::format(",{},{},{},,", sequence_name(m.sampling.sequence), m.samples, m.sampling.control_degree);
         } else if (m.estimator == Estimator::harmonic) {
