@@ -6,6 +6,7 @@
 #include <iostream>
 #include <new>
 
+#include "base/durable.hpp"
 #include "commands/commands.hpp"
 #include "error.hpp"
 
@@ -46,10 +47,21 @@ int run_to_its_end(int argc, char** argv) {
     }
 }
 
+/// Before the exit code says that files are there. The other outcome is told already where there is one.
+int bring_to_disk(int code) {
+    try {
+        clerestory::sync_remembered();
+    } catch (const clerestory::Error& error) {
+        fmt::print(stderr, "clerestory: {}\n", error.what());
+        if (code == 0) return error.exit_code();
+    }
+    return code;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    const int code = run_to_its_end(argc, argv);
+    const int code = bring_to_disk(run_to_its_end(argc, argv));
     std::cout.flush();
     // A disk may be full, and say so no sooner than here.
     const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();

@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "base/descriptor.hpp"
+#include "base/durable.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -29,23 +31,6 @@ OutputError failure(const fs::path& target, const char* doing, int code) {
     return OutputError(
         fmt::format("{}: could not {}: {}; {}", target.string(), doing, std::generic_category().message(code), advice));
 }
-
-/// A file descriptor that is closed on every path; close() reports, because a network disk may be full only then.
-class Descriptor {
-  public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    [[nodiscard]] int get() const noexcept { return fd_; }
-    int close() { return ::close(std::exchange(fd_, -1)); }
-    int release() noexcept { return std::exchange(fd_, -1); }
-
-  private:
-    int fd_;
-};
 
 constexpr std::string_view TEMPORARY_LEAD = ".clerestory-";
 constexpr std::string_view TEMPORARY_MARK = ".part";
@@ -136,8 +121,13 @@ void AtomicFile::clean_up() noexcept {
 void AtomicFile::commit() {
     if (committed_) return;
     std::error_code error;
-    if (!in_place_) fs::rename(temporary_, target_, error);
-    if (error) throw failure(target_, "rename into place", error.value());
+    if (!in_place_) {
+        // A power cut must not leave neither the old file nor the new one.
+        if (fs::exists(target_, error)) sync_file(lock_, target_);
+        fs::rename(temporary_, target_, error);
+        if (error) throw failure(target_, "rename into place", error.value());
+        remember_unsynced(target_, made_folders_);
+    }
     committed_ = true;
 }
 

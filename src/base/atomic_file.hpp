@@ -12,7 +12,8 @@ namespace clerestory {
 /// Makes the folders it needs. Without commit() the temporary file is removed, and so are folders made for it.
 /// The temporary file is locked as long as its writer lives, so that remove_abandoned() can tell it from one that a
 /// killed process left. A target that is a device or a pipe (/dev/null) is written as it stands, since it cannot be
-/// renamed to. Throws OutputError.
+/// renamed to. An old file is replaced only by one that is on disk; a new one may lie in memory until
+/// sync_remembered(). Throws OutputError.
 class AtomicFile {
   public:
     explicit AtomicFile(std::filesystem::path target);

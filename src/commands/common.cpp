@@ -11,6 +11,7 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/durable.hpp"
 #include "base/json_text.hpp"
 #include "base/output_check.hpp"
 #include "commands/caches.hpp"
@@ -77,6 +78,7 @@ void check_files(const Common& common, const std::vector<std::filesystem::path>&
 }
 
 void emit_json(const Common& common, const nlohmann::json& report) {
+    sync_remembered();  // the report says that the other files are there
     if (common.json.empty()) return;
     const std::string text = json_text(report);
     if (common.json != "-") {

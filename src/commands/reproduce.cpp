@@ -10,6 +10,7 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/durable.hpp"
 #include "base/json_text.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
@@ -30,12 +31,8 @@ struct ReproduceCommand {
 
 /// The map as the figures' own command lines name it.
 std::vector<std::string> map_words(const MapOptions& options) {
-    const MapOptions defaults;
-    std::vector<std::string> words;
-    if (!options.file.empty()) words.push_back(options.file);
-    if (options.flip_y) words.emplace_back("--flip-y");
-    if (options.luminance != defaults.luminance) words.insert(words.end(), {"--luminance", options.luminance});
-    if (options.bad_texels != defaults.bad_texels) words.insert(words.end(), {"--bad-texels", options.bad_texels});
+    std::vector<std::string> words = reading_flags(options);
+    if (!options.file.empty()) words.insert(words.begin(), options.file);
     return words;
 }
 
@@ -114,6 +111,7 @@ void run(const ReproduceCommand& command) {
     report["seconds"] = total.seconds();
     if (options.only.empty()) {
         const std::filesystem::path folder(command.folder);
+        sync_remembered();  // the report says that the figures are there
         write_text(folder / "report.json", json_text(report));
         written((folder / "report.json").string());
         write_text(folder / "index.html", report_page(report, figures.pictures()));
