@@ -1,4 +1,6 @@
 // Writes the inputs that the fuzz target of image files starts from into a folder: one small file of every kind.
+#include <ImfStandardAttributes.h>
+
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -50,12 +52,49 @@ void write_corpus(const fs::path& folder) {
     moved.origin_y = 11;
     write_test_exr(folder / "moved.exr", moved, colour(Imf::UINT));
     write_test_exr(folder / "grey.exr", plain, {{"Y", Imf::FLOAT, clerestory::test::ramp(WIDTH * HEIGHT)}});
+    ExrLayout cropped = moved;
+    cropped.edit = [](Imf::Header& header) { header.displayWindow() = Imath::Box2i({-5, 10}, {0, 12}); };
+    write_test_exr(folder / "cropped.exr", cropped, colour(Imf::HALF));
+    cropped.tile_side = 2;
+    write_test_exr(folder / "cropped_tiles.exr", cropped, colour(Imf::FLOAT));
+    ExrLayout cube = plain;
+    cube.edit = [](Imf::Header& header) { Imf::addEnvmap(header, Imf::ENVMAP_CUBE); };
+    write_test_exr(folder / "cube.exr", cube, colour(Imf::HALF));
+    std::vector<ExrChannel> layers;
+    for (const char* layer : {"View.AO.", "View.Combined.", "View.CryptoObject00."}) {
+        for (ExrChannel channel : colour(Imf::HALF)) {
+            channel.name = layer + channel.name;
+            layers.push_back(channel);
+        }
+    }
+    write_test_exr(folder / "layers.exr", plain, layers);
+    const std::vector<float> depth = clerestory::test::ramp(WIDTH * HEIGHT);
+    clerestory::test::write_exr_parts(folder / "parts.exr", plain,
+                                      {{"depth", {{"Z", Imf::FLOAT, depth}}}, {"rgba", colour(Imf::HALF)}});
+    // Chroma has half the resolution, so that sizes are even.
+    clerestory::test::write_chroma_exr(folder / "chroma.exr", 6, 4, clerestory::test::ramp(3 * 6 * 4));
     clerestory::test::write_deep_then_flat(folder / "deep_then_flat.exr", plain, colour(Imf::HALF));
 
     const std::vector<float> rgb = clerestory::test::ramp(3 * WIDTH * HEIGHT);
     clerestory::test::write_pfm(folder / "colour.pfm", WIDTH, HEIGHT, rgb);
     clerestory::test::write_grey_pfm(folder / "grey.pfm", WIDTH, HEIGHT, clerestory::test::ramp(WIDTH * HEIGHT));
     clerestory::test::write_rgbe(folder / "flat.hdr", WIDTH, HEIGHT, std::vector<float>(3 * WIDTH * HEIGHT, 0.5F));
+    const std::string lead =
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\nPRIMARIES=1 0 0 1 0 0 .3 .3\n\n-Y 1 +X 9\n";
+    clerestory::test::write_raw(folder / "runs.hdr", lead + std::string("\2\2\0\11"
+                                                                        "\210\12\1\13"
+                                                                        "\210\24\1\25"
+                                                                        "\210\36\1\37"
+                                                                        "\211\210",
+                                                                        18));
+    clerestory::test::write_raw(folder / "old_runs.hdr", lead + std::string("\12\24\36\210"
+                                                                            "\1\1\1\7"
+                                                                            "\13\25\37\210",
+                                                                            12));
+    const std::string values(4 * 3 * 2 * 4, '\100');
+    clerestory::test::write_raw(folder / "carriage_returns.pfm", "PF\r\n4 2\r\n-1.0\r\n" + values);
+    clerestory::test::write_raw(folder / "blanks.pfm", "PF \n4 2 \n# by hand\n-1.0 \n" + values);
+    clerestory::test::write_raw(folder / "photoshop.pfm", "PF\n4\n2\n1.000000\n" + values);
 }
 
 }  // namespace

@@ -27,8 +27,14 @@ std::string_view file_name(std::string_view bytes) {
         std::string_view magic;
         std::string_view name;
     };
-    constexpr std::array<Kind, 4> KINDS = {
-        {{{"\x76\x2f\x31\x01", 4}, "map.exr"}, {"#?", "map.hdr"}, {"PF\n", "map.pfm"}, {"Pf\n", "map.pfm"}}};
+    constexpr std::array<Kind, 8> KINDS = {{{{"\x76\x2f\x31\x01", 4}, "map.exr"},
+                                            {"#?", "map.hdr"},
+                                            {"PF\n", "map.pfm"},
+                                            {"PF\r", "map.pfm"},
+                                            {"PF ", "map.pfm"},
+                                            {"Pf\n", "map.pfm"},
+                                            {"Pf\r", "map.pfm"},
+                                            {"Pf ", "map.pfm"}}};
     for (const Kind& kind : KINDS) {
         if (bytes.substr(0, kind.magic.size()) == kind.magic) return kind.name;
     }
@@ -69,8 +75,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     options.limits = LIMITS;
     options.oiio_module = CLERESTORY_OIIO_MODULE;
     options.flip_y = size % 2 == 1;
+    // Some inputs are asked for a layer or a part, by their size too.
+    if (size % 5 == 1) options.layer = "combined";
+    if (size % 7 == 1) options.part = 1;
     expect_image_or_refusal(file, [&] {
         const clerestory::RadianceMap map = clerestory::read_map(file, options);
+        if (map.source.channels.empty()) broken("a map that nothing lit");
         if (map.width * map.height == 0 || map.rgb.size() != 3 * map.width * map.height) broken("a map of no size");
     });
     expect_image_or_refusal(file, [&] {

@@ -22,8 +22,8 @@ say "clerestory fresnel draws a plot"
 clerestory fresnel -q -o fresnel.svg
 test -s fresnel.svg
 say "a format that the module reads"
-printf 'PF\n1 1\n-1.0\n\0\0\200?\0\0\200?\0\0\200?' >white.pfm
-clerestory info white.pfm | grep -q '1 x 1'
+printf 'P6 2 1 255\n\377\377\377\377\377\377' >white.ppm
+clerestory info white.ppm | grep -q '2 x 1'
 
 say "man clerestory-render"
 MANWIDTH=100 man --warnings=w clerestory-render >page 2>warnings

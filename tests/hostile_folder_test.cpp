@@ -70,7 +70,7 @@ class HostileFolder : public ::testing::Test {
   protected:
     HostileFolder() {
         const std::vector<float> texels = ramp(std::size_t{3} * 8 * 4);
-        write_pfm(folder_.path() / "map.pfm", 8, 4, texels);
+        write_float_tiff(folder_.path() / "map.tif", 8, 4, 3, texels);
         write_exr_map(folder_.path() / "map.exr", texels);
         prepare();
     }
@@ -156,13 +156,13 @@ TEST_F(HostileFolder, TheProgramTakesWhatIsItsOwn) {
         return report;
     };
     for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"info", "--json", "-"}, {"info", folder_.file("map.pfm"), "--json", "-"}}) {
+         {std::vector<std::string>{"info", "--json", "-"}, {"info", folder_.file("map.tif"), "--json", "-"}}) {
         const auto safe = map_of(run(path, arguments, folder_.path()));
         EXPECT_EQ(map_of(run_among_enemies(path, arguments)), safe);
     }
     std::map<std::string, std::string> pictures;
     for (const char* name : {"safe.exr", "hostile.exr"}) {
-        const std::vector<std::string> arguments = {"render", folder_.file("map.pfm"), "-n", "16", "--size", "9",
+        const std::vector<std::string> arguments = {"render", folder_.file("map.tif"), "-n", "16", "--size", "9",
                                                     "-o",     folder_.file(name),      "-q"};
         const bool safe = std::string(name) == "safe.exr";
         EXPECT_EQ((safe ? run(path, arguments, folder_.path()) : run_among_enemies(path, arguments)).exit_code, 0);
@@ -174,9 +174,9 @@ TEST_F(HostileFolder, TheProgramTakesWhatIsItsOwn) {
 
 TEST_F(HostileFolder, AProgramWithoutItsModuleTakesNoOther) {
     const std::string path = lonely_copy() + ":" + system_;
-    const ProgramResult pfm = run_among_enemies(path, {"info", folder_.file("map.pfm")});
-    EXPECT_EQ(pfm.exit_code, 3) << pfm.err;
-    EXPECT_THAT(pfm.err, HasSubstr("clerestory_oiio.so"));
+    const ProgramResult tiff = run_among_enemies(path, {"info", folder_.file("map.tif")});
+    EXPECT_EQ(tiff.exit_code, 3) << tiff.err;
+    EXPECT_THAT(tiff.err, HasSubstr("clerestory_oiio.so"));
     const ProgramResult bundled = run_among_enemies(path, {"info"});
     EXPECT_EQ(bundled.exit_code, 3) << bundled.out;
     const ProgramResult exr = run_among_enemies(path, {"info", folder_.file("map.exr")});

@@ -9,6 +9,7 @@
 #include <ImfOutputFile.h>
 #include <ImfOutputPart.h>
 #include <ImfPartType.h>
+#include <ImfRgbaFile.h>
 #include <ImfTiledOutputFile.h>
 #include <half.h>
 
@@ -31,6 +32,7 @@ Imf::Header header_of(const ExrLayout& layout, const std::vector<ExrChannel>& ch
     for (const ExrChannel& c : channels) {
         header.channels().insert(c.name, Imf::Channel(c.type, c.sampling, c.sampling));
     }
+    if (layout.edit) layout.edit(header);
     return header;
 }
 
@@ -110,13 +112,14 @@ void write_tiff(const fs::path& file, std::vector<TiffEntry> entries, std::uint1
     const auto channels =
         std::find_if(entries.begin(), entries.end(), [](const TiffEntry& e) { return e.tag == 277; })->value;
     const auto count = static_cast<std::uint32_t>(blocks.size());
-    // Arrays lie after the directory: bits (32 each) and sample formats (3: float) of the channels, places and sizes of
-    // the blocks. What fits into four bytes stands in the entry itself.
+    // Arrays lie after the directory: bits (32 each unless they are given) and sample formats (3, float) of the
+    // channels, places and sizes of the blocks. What fits into four bytes stands in the entry itself.
     const std::uint32_t data = after + 2 * 2 * channels + (count > 1 ? 2 * 4 * count : 0);
     std::string tail;
     for (TiffEntry& e : entries) {
         if (e.tag == 258 || e.tag == 339) {
-            const std::uint16_t each = e.tag == 258 ? 32 : 3;
+            const auto usual = e.tag == 258 ? std::uint32_t{32} : std::uint32_t{3};
+            const auto each = static_cast<std::uint16_t>(e.value != 0 ? e.value : usual);
             e.value = after + static_cast<std::uint32_t>(tail.size());
             if (channels <= 2) e.value = channels == 1 ? each : each * 0x10001U;
             for (std::uint32_t c = 0; c < channels; ++c) append(tail, &each, 2);
@@ -215,6 +218,30 @@ void write_deep_then_flat(const fs::path& file, const ExrLayout& layout, const s
     flat_part.writePixels(layout.height);
 }
 
+void write_exr_parts(const fs::path& file, const ExrLayout& layout, const std::vector<ExrTestPart>& parts) {
+    std::vector<Imf::Header> headers;
+    for (const ExrTestPart& part : parts) {
+        headers.push_back(header_of(layout, part.channels));
+        headers.back().setName(part.name);
+        headers.back().setType(Imf::SCANLINEIMAGE);
+    }
+    Imf::MultiPartOutputFile out(file.c_str(), headers.data(), static_cast<int>(headers.size()), false, 0);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const Storage storage(layout, parts[p].channels);
+        Imf::OutputPart part(out, static_cast<int>(p));
+        part.setFrameBuffer(storage.frame());
+        part.writePixels(layout.height);
+    }
+}
+
+void write_chroma_exr(const fs::path& file, int width, int height, const std::vector<float>& rgb) {
+    std::vector<Imf::Rgba> pixels;
+    for (std::size_t i = 0; i < rgb.size(); i += 3) pixels.emplace_back(rgb[i], rgb[i + 1], rgb[i + 2], 1.0F);
+    Imf::RgbaOutputFile out(file.c_str(), width, height, Imf::WRITE_YC);
+    out.setFrameBuffer(pixels.data(), 1, static_cast<std::size_t>(width));
+    out.writePixels(height);
+}
+
 void write_pfm(const fs::path& file, int width, int height, const std::vector<float>& rgb) {
     write_pfm_rows(file, pfm_header("PF", width, height), height, rgb);
 }
@@ -236,13 +263,23 @@ void write_rgbe(const fs::path& file, int width, int height, const std::vector<f
     write_raw(file, bytes);
 }
 
-void write_float_tiff(const fs::path& file, int width, int height, int channels, const std::vector<float>& values) {
+void write_float_tiff(const fs::path& file, int width, int height, int channels, const std::vector<float>& values,
+                      const std::vector<TiffTag>& more) {
     const auto h = static_cast<std::uint32_t>(height);
     const auto n = static_cast<std::uint32_t>(channels);
-    write_tiff(file,
-               tiff_entries(static_cast<std::uint32_t>(width), h, n,
-                            {{273, TIFF_LONG, 1, 0}, {278, TIFF_LONG, 1, h}, {279, TIFF_LONG, 1, 0}}),
-               273, 279, {values});
+    auto entries = tiff_entries(static_cast<std::uint32_t>(width), h, n,
+                                {{273, TIFF_LONG, 1, 0}, {278, TIFF_LONG, 1, h}, {279, TIFF_LONG, 1, 0}});
+    for (const TiffTag& tag : more) {
+        const auto known =
+            std::find_if(entries.begin(), entries.end(), [&](const TiffEntry& e) { return e.tag == tag.number; });
+        if (known != entries.end()) {
+            known->value = tag.value;
+        } else {
+            entries.push_back({tag.number, TIFF_LONG, 1, tag.value});
+        }
+    }
+    std::sort(entries.begin(), entries.end(), [](const TiffEntry& a, const TiffEntry& b) { return a.tag < b.tag; });
+    write_tiff(file, entries, 273, 279, {values});
 }
 
 void write_tiled_float_tiff(const fs::path& file, int width, int height, int channels, int tile_side,

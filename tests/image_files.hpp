@@ -1,10 +1,13 @@
 #pragma once
 
 #include <ImfCompression.h>
+#include <ImfHeader.h>
 #include <ImfPixelType.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -27,6 +30,7 @@ struct ExrLayout {
     int tile_side = 0;  ///< 0: scanlines
     bool mip_levels = false;
     Imf::Compression compression = Imf::ZIP_COMPRESSION;
+    std::function<void(Imf::Header&)> edit = {};  ///< what else its header says
 };
 
 void write_test_exr(const std::filesystem::path& file, const ExrLayout& layout,
@@ -36,6 +40,16 @@ void write_test_exr(const std::filesystem::path& file, const ExrLayout& layout,
 void write_deep_then_flat(const std::filesystem::path& file, const ExrLayout& layout,
                           const std::vector<ExrChannel>& channels);
 
+/// One part of a file of several.
+struct ExrTestPart {
+    std::string name;
+    std::vector<ExrChannel> channels;
+};
+void write_exr_parts(const std::filesystem::path& file, const ExrLayout& layout, const std::vector<ExrTestPart>& parts);
+
+/// `rgb` [3 * height * width] as luminance and chroma at half the resolution, in half floats.
+void write_chroma_exr(const std::filesystem::path& file, int width, int height, const std::vector<float>& rgb);
+
 /// `rgb` [3 * height * width], top row first; PFM itself stores the bottom row first.
 void write_pfm(const std::filesystem::path& file, int width, int height, const std::vector<float>& rgb);
 /// Grey PFM of `grey` [height * width], top row first.
@@ -44,9 +58,16 @@ void write_grey_pfm(const std::filesystem::path& file, int width, int height, co
 /// Radiance RGBE without run lengths; every value must be one that RGBE holds.
 void write_rgbe(const std::filesystem::path& file, int width, int height, const std::vector<float>& rgb);
 
+/// A TIFF tag with one whole number.
+struct TiffTag {
+    std::uint16_t number = 0;
+    std::uint32_t value = 0;
+};
+
 /// Uncompressed little-endian float TIFF of `channels` interleaved channels.
+///   more  tags beside those that it must have, or in their place
 void write_float_tiff(const std::filesystem::path& file, int width, int height, int channels,
-                      const std::vector<float>& values);
+                      const std::vector<float>& values, const std::vector<TiffTag>& more = {});
 
 /// The same in square tiles, of which there are several; `tile_side` is a multiple of 16.
 void write_tiled_float_tiff(const std::filesystem::path& file, int width, int height, int channels, int tile_side,

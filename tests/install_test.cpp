@@ -45,11 +45,11 @@ TEST_F(Install, TheMovedProgramFindsItsMaps) {
 }
 
 TEST_F(Install, TheMovedProgramFindsItsModule) {
-    const std::string pfm = folder_->file("map.pfm");
-    std::ofstream(pfm, std::ios::binary) << "PF\n1 1\n-1.0\n" << std::string(12, '\0');
-    const ProgramResult result = run_command({tree() / "bin/clerestory", "info", pfm}, from_empty_folder());
+    const std::string ppm = folder_->file("map.ppm");
+    std::ofstream(ppm, std::ios::binary) << "P6 2 1 255\n" << std::string(6, '\0');
+    const ProgramResult result = run_command({tree() / "bin/clerestory", "info", ppm}, from_empty_folder());
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_THAT(result.out, testing::HasSubstr("1 x 1"));
+    EXPECT_THAT(result.out, testing::HasSubstr("2 x 1"));
 }
 
 TEST_F(Install, NoInstalledFileNamesThePlaceWhereItWasBuilt) {

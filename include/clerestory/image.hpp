@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,24 @@ class CLERESTORY_API PageBuffer {
     std::size_t count_ = 0;
 };
 
+/// Something about a map that its user should know, with a name that stays.
+struct MapNote {
+    std::string id;    ///< such as cropped, eight_bit, other_primaries, not_2_to_1
+    std::string text;  ///< what goes on after the file's name; says what was done, and which flag changes it
+};
+
+/// What of an image file was read.
+struct MapSource {
+    std::string format;                 ///< OpenEXR, Radiance, PFM, or OpenImageIO's name, such as tiff
+    std::string compression;            ///< as the format names it; none
+    std::string type;                   ///< of the stored values: half, float, uint, rgbe, uint8, ...
+    int part = 0;                       ///< of the file, from 0
+    std::string layer;                  ///< whose channels lit; empty for the unnamed one
+    std::vector<std::string> channels;  ///< red, green and blue; a lone grey one; luminance and two of chroma
+    std::vector<MapNote> notes;
+    bool plain = false;  ///< other programs read the same from the file: its only layer, nothing cropped or converted
+};
+
 /// An RGB radiance map in memory.
 ///   rgb [3 * height * width]  linear, interleaved, row-major, top row first
 struct RadianceMap {
@@ -38,6 +57,7 @@ struct RadianceMap {
     std::size_t height = 0;
     PageBuffer rgb;
     std::size_t ringing = 0;  ///< negative values that lossy compression (DWA) had left, read as 0
+    MapSource source = {};
 };
 
 /// An image with or without alpha, as `compare` reads it.
@@ -48,6 +68,7 @@ struct Picture {
     std::size_t height = 0;
     std::vector<float> rgb;
     std::vector<float> alpha;
+    MapSource source = {};
 };
 
 /// Limits on a file's claimed size, checked before any memory is taken.
@@ -60,6 +81,9 @@ struct ReadLimits {
 /// How to read a map.
 struct ReadOptions {
     bool flip_y = false;  ///< the file's rows are stored bottom-up
+    std::string layer =
+        {};  ///< of an EXR file, by its whole name or its last words; empty: the one that is the picture
+    std::optional<int> part = {};  ///< of the file, from 0; without: the first that holds the picture
     ReadLimits limits;
     std::filesystem::path
         oiio_module;  ///< absolute path of the module that reads what is not EXR; empty: where the program has it
@@ -68,10 +92,11 @@ struct ReadOptions {
     std::function<void(const RadianceMap& map, std::size_t begin, std::size_t end)> rows_ready;
 };
 
-/// Reads a latitude-longitude map. One channel is taken as grey; of several, R, G and B by name, else the first three;
-/// alpha is ignored. A data window that does not start at 0 is moved there. Floats are taken as linear; integers as
-/// sRGB, or as encoded with the gamma that the file names. Negative values of a file whose compression rings (DWA) are
-/// its error, not radiance, and become 0; all other bad values are left as they are. Throws InputError.
+/// Reads a latitude-longitude map: the layer that is the picture, or the one that the options name; never depth,
+/// normals, mattes, thumbnails or alpha. What the file holds of it stands at its place in the whole picture (EXR's
+/// display window), and the rest is black. Floats are taken as linear; integers as sRGB, or as encoded with the gamma
+/// that the file names. Negative values of a file whose compression rings (DWA) are its error, not radiance, and become
+/// 0; all other bad values are left as they are. Throws InputError; cube maps are refused.
 CLERESTORY_API RadianceMap read_map(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// Reads any image with its alpha, colour multiplied by it and linear as in read_map; no value is repaired. Throws

@@ -254,6 +254,16 @@ const std::map<std::string, KeyRule>& key_rules() {
          }},
         {"luminance", one_word({"average", "rec709"}, [](R& r, const std::string& w) { r.map.luminance = w; })},
         {"bad_texels", one_word({"refuse", "zero"}, [](R& r, const std::string& w) { r.map.bad_texels = w; })},
+        {"layer",
+         [](Reader& read, const toml::node& node, JobEntry& job) {
+             if (const auto text = read.text(node)) job.recipe.map.layer = *text;
+         }},
+        {"part",
+         [](Reader& read, const toml::node& node, JobEntry& job) {
+             if (const auto number = read.whole(node, 0, limits::LARGEST_PART)) {
+                 job.recipe.map.part = static_cast<int>(*number);
+             }
+         }},
         {"scale", one_number(0, limits::LARGEST_SCALE, [](R& r) -> double& { return r.map.scale; })},
         {"rotate_y", read_rotations},
         {"samples", wholes(&JobEntry::samples, 1, limits::LARGEST_COUNT)},

@@ -26,6 +26,11 @@
 namespace clerestory {
 namespace {
 
+/// Equal for jobs that share a map in memory and its tables.
+std::string scene_key(const MapOptions& options) {
+    return options.file + '\n' + json_text(describe_reading(options), -1);
+}
+
 namespace fs = std::filesystem;
 
 /// What a map that cannot be read is taken for in costs; its jobs fail at once, so it hardly matters.
@@ -63,7 +68,7 @@ class Planner {
 
     Plan plan() {
         for (const JobEntry& entry : jobs_.jobs) add_entry(entry);
-        for (const auto& [file, map] : maps_) keep(file, "a map of this batch");
+        for (const auto& [key, map] : maps_) keep(map->file, "a map of this batch");
         if (mistakes_.empty()) check_files_are_kept();
         if (!mistakes_.empty()) throw InputError(fmt::format("{}", fmt::join(mistakes_, "\n")));
         Plan plan{jobs_.file, {}, sorted_jobs()};
@@ -93,7 +98,8 @@ class Planner {
     void add_map(const JobEntry& entry, const std::string& file) {
         JobEntry of_map = entry;
         of_map.recipe.map.file = file;
-        const auto& map = maps_.try_emplace(file, nullptr).first->second ? maps_[file] : (maps_[file] = look_at(file));
+        auto& map = maps_[scene_key(of_map.recipe.map)];
+        if (!map) map = look_at(of_map.recipe.map);
         for (const Estimator estimator : entry.estimators) {
             of_map.recipe.render.estimator = estimator;
             // An estimator that draws nothing gives one picture, whatever the lists of samples, sequences and seeds.
@@ -212,12 +218,12 @@ class Planner {
         }
     }
 
-    static std::shared_ptr<const PlannedMap> look_at(const std::string& file) {
+    static std::shared_ptr<const PlannedMap> look_at(const MapOptions& options) {
         auto map = std::make_shared<PlannedMap>();
-        map->file = file;
+        map->file = options.file;
         try {
-            map->stamp = file_stamp(file);
-            std::tie(map->width, map->height) = read_image_size(file);
+            map->stamp = file_stamp(options.file);
+            std::tie(map->width, map->height) = read_image_size(options.file, read_options_of(options));
         } catch (const Error&) {
             // Its jobs say what is wrong with it when their turn comes; the others go on.
         }
@@ -226,12 +232,11 @@ class Planner {
 
     /// In order of their maps' first jobs, and as written among those of one map.
     std::vector<Job> sorted_jobs() {
-        std::map<std::tuple<std::string, bool, std::string, std::string>, std::size_t> order;
+        std::map<std::string, std::size_t> order;
         std::vector<std::pair<std::size_t, std::size_t>> by_scene;
         for (std::size_t i = 0; i < drafts_.size(); ++i) {
-            const MapOptions& m = drafts_[i].job.recipe.map;
-            const auto key = std::tuple(m.file, m.flip_y, m.luminance, m.bad_texels);
-            by_scene.emplace_back(order.try_emplace(key, order.size()).first->second, i);
+            by_scene.emplace_back(order.try_emplace(scene_key(drafts_[i].job.recipe.map), order.size()).first->second,
+                                  i);
         }
         std::sort(by_scene.begin(), by_scene.end());
         std::vector<Job> jobs;
@@ -262,27 +267,13 @@ class Planner {
         for (const Job& job : jobs) {
             const MapOptions& m = job.recipe.map;
             const RenderOptions& r = job.recipe.render;
-            all += json_text(nlohmann::json({fs::path(m.file).filename().string(),
-                                             m.flip_y,
-                                             m.rotate_y,
-                                             m.scale,
-                                             m.luminance,
-                                             m.bad_texels,
-                                             estimator_name(r.estimator),
-                                             r.samples,
-                                             r.size,
-                                             r.albedo,
-                                             sequence_name(r.sampling.sequence),
-                                             texel_place_name(r.sampling.place),
-                                             r.sampling.seed,
-                                             r.sampling.control_degree,
-                                             r.harmonic.degree,
-                                             r.harmonic.lights,
-                                             job.recipe.tone.exposure,
-                                             job.recipe.tone.gamma,
-                                             job.outputs.size(),
-                                             job.cost_ns}),
-                             -1);
+            all += json_text(
+                nlohmann::json({fs::path(m.file).filename().string(), describe_reading(m), m.rotate_y, m.scale,
+                                estimator_name(r.estimator), r.samples, r.size, r.albedo,
+                                sequence_name(r.sampling.sequence), texel_place_name(r.sampling.place), r.sampling.seed,
+                                r.sampling.control_degree, r.harmonic.degree, r.harmonic.lights,
+                                job.recipe.tone.exposure, job.recipe.tone.gamma, job.outputs.size(), job.cost_ns}),
+                -1);
             for (const auto& output : job.outputs) all += fs::path(output).filename().string() + "\n";
         }
         return digest_of(all);
@@ -329,9 +320,7 @@ std::uint64_t Plan::cost_ns() const {
                            [](std::uint64_t sum, const Job& job) { return sum + job.cost_ns; });
 }
 
-bool same_scene(const MapOptions& a, const MapOptions& b) {
-    return a.file == b.file && a.flip_y == b.flip_y && a.luminance == b.luminance && a.bad_texels == b.bad_texels;
-}
+bool same_scene(const MapOptions& a, const MapOptions& b) { return scene_key(a) == scene_key(b); }
 
 Plan make_plan(const JobFile& jobs, const fs::path& output_folder, std::span<const fs::path> reports) {
     return Planner(jobs, output_folder, reports).plan();

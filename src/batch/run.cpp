@@ -164,6 +164,7 @@ class Batch {
             throw InputError(fmt::format("{}: {}", options.file, error.what()));
         }
         seconds.emplace_back("tables", watch.lap());
+        for (const MapNote& note : scene->map().source.notes) warn(fmt::format("{}: {}", options.file, note.text));
         if (scene->repaired() != 0) {
             warn(
                 fmt::format("{}: {} NaN, infinite or negative texels were blackened", options.file, scene->repaired()));
@@ -220,9 +221,10 @@ class Batch {
         if (events_.finished) events_.finished(job, kept);
     }
 
+    /// Once for each line: scenes of one map say the same of it.
     void warn(const std::string& line) {
         const std::lock_guard lock(mutex_);
-        if (events_.warning) events_.warning(line);
+        if (events_.warning && warned_.insert(line).second) events_.warning(line);
     }
 
     std::span<const Job> jobs_;
@@ -230,6 +232,7 @@ class Batch {
     const BatchEvents& events_;
     std::size_t ahead_bytes_;
     std::mutex mutex_;
+    std::set<std::string> warned_;
     BatchResult result_;
     std::optional<Device> device_;
     std::optional<TableBuilder> builder_;

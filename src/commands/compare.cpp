@@ -19,17 +19,31 @@ struct CompareOptions {
     Common common;
     std::string picture;
     std::string reference;
+    ReadOptions read_picture_as;
+    ReadOptions read_reference_as;
     double max_rel_rmse = std::numeric_limits<double>::infinity();
 };
 
 /// JSON has no infinity: null stands for it.
 nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
 
+Picture read(const std::string& file, const ReadOptions& options, const Common& common) {
+    Picture picture = read_picture(file, options);
+    // 8-bit previews may well be compared: their range is the subject, not a loss.
+    std::erase_if(picture.source.notes, [](const MapNote& note) { return note.id == "eight_bit"; });
+    warn_of_source(picture.source, file, common);
+    return picture;
+}
+
 void run(const CompareOptions& options) {
     check_files(options.common, {options.picture, options.reference});
-    const Comparison result = compare(read_picture(options.picture), read_picture(options.reference));
+    const Picture picture = read(options.picture, options.read_picture_as, options.common);
+    const Picture reference = read(options.reference, options.read_reference_as, options.common);
+    const Comparison result = compare(picture, reference);
     const nlohmann::json report = {{"picture", options.picture},
+                                   {"picture_source", describe_source(picture.source)},
                                    {"reference", options.reference},
+                                   {"reference_source", describe_source(reference.source)},
                                    {"pixels", result.pixels},
                                    {"rmse", result.rmse},
                                    {"rel_rmse", number_or_null(result.rel_rmse)},
@@ -61,6 +75,9 @@ void add_compare(CLI::App& app) {
     command->add_option("--max-rel-rmse", options->max_rel_rmse, "Exit 1 where the relative RMSE is larger")
         ->type_name("X")
         ->check(finite_between(0, std::numeric_limits<double>::max()));
+    add_layer_options(*command, options->read_picture_as.layer, options->read_picture_as.part, "the picture");
+    add_layer_options(*command, options->read_reference_as.layer, options->read_reference_as.part, "the reference",
+                      "reference-");
     add_common(*command, options->common, "  clerestory compare sphere.exr exact.exr --max-rel-rmse 0.02");
     command->callback([options] { run(*options); });
 }

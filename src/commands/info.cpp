@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/clock.hpp"
+#include "base/text_escape.hpp"
 #include "commands/commands.hpp"
 #include "commands/common.hpp"
 #include "commands/map_options.hpp"
@@ -35,8 +36,18 @@ std::string place_text(const TexelCount& found) {
     return found.count == 0 ? "" : fmt::format(", first at row {}, column {}", found.row, found.column);
 }
 
+std::string source_text(const nlohmann::json& source) {
+    const auto layer = source["layer"].get<std::string>();
+    return fmt::format("{} of {}part {} of {}, {}, compression {}",
+                       fmt::join(source["channels"].get<std::vector<std::string>>(), ", "),
+                       layer.empty() ? "" : fmt::format("layer {}, ", one_line(layer)), source["part"].get<int>(),
+                       source["format"].get<std::string>(), source["type"].get<std::string>(),
+                       source["compression"].get<std::string>());
+}
+
 void print(const MapFacts& facts, const nlohmann::json& report) {
     fmt::print("map              {}\n", report["file"].get<std::string>());
+    fmt::print("lit by           {}\n", source_text(report["source"]));
     fmt::print("size             {} x {}\n", report["width"].get<std::size_t>(), report["height"].get<std::size_t>());
     fmt::print("integral Phi     {:.9g}\n", facts.phi);
     fmt::print("mean R, G, B     {:.6g}, {:.6g}, {:.6g}\n", facts.mean_rgb[0], facts.mean_rgb[1], facts.mean_rgb[2]);
@@ -132,6 +143,7 @@ void run(const InfoOptions& options) {
     check_files(options.common, {map_file(options.map)});
     say_which_map(options.map, options.common);
     RadianceMap map = read_map_of(options.map);
+    const MapSource source = map.source;
     const MapFacts facts = inspect(map, luminance_of(options.map));
     nlohmann::json report = map_report(options, map, facts);
     const bool usable = facts.bad() == 0 || options.map.bad_texels == "zero";
@@ -147,6 +159,7 @@ void run(const InfoOptions& options) {
     }
     emit_json(options.common, report);
     if (!usable) {
+        warn_of_source(source, map_file(options.map).string(), options.common);
         throw InputError(fmt::format("{}: {} NaN, {} infinite and {} negative texels; --bad-texels zero blackens them",
                                      map_file(options.map).string(), facts.nan.count, facts.inf.count,
                                      facts.negative.count));

@@ -11,8 +11,10 @@
 namespace clerestory::commands {
 namespace {
 
-void warn_of_map(const MapOptions& options, const Common& common, std::size_t repaired, bool black) {
+void warn_of_map(const MapOptions& options, const Common& common, const RadianceMap& map, std::size_t repaired,
+                 bool black) {
     const std::string file = map_file(options).string();
+    warn_of_source(map.source, file, common);
     if (repaired != 0) {
         warn(common, fmt::format("{}: {} NaN, infinite or negative texels were blackened", file, repaired));
     }
@@ -37,6 +39,7 @@ void add_map_options(CLI::App& command, MapOptions& options) {
         .add_option("MAP", options.file, "Latitude-longitude HDR map: EXR, HDR, PFM, TIFF; without it the bundled map")
         ->check(not_empty())
         ->group(group);
+    add_layer_options(command, options.layer, options.part, "the map's file");
     command.add_flag("--flip-y", options.flip_y, "The map's rows are stored bottom-up")->group(group);
     command.add_option("--rotate-y", options.rotate_y, "Turn the map about +y by DEGREES, added to phi")
         ->type_name("DEGREES")
@@ -58,6 +61,29 @@ void add_map_options(CLI::App& command, MapOptions& options) {
         ->check(one_of({"refuse", "zero"}))
         ->capture_default_str()
         ->group(group);
+}
+
+void add_layer_options(CLI::App& command, std::string& layer, std::optional<int>& part, const std::string& of_what,
+                       const std::string& prefix) {
+    const char* group = "Map";
+    command
+        .add_option(
+            "--" + prefix + "layer", layer,
+            fmt::format("Layer of {} to read, such as Combined; without it, the unnamed one or the whole picture",
+                        of_what))
+        ->type_name("NAME")
+        ->check(not_empty())
+        ->group(group);
+    command
+        .add_option("--" + prefix + "part", part,
+                    fmt::format("Part or page of {} to read, from 0; without it, the first with the picture", of_what))
+        ->type_name("N")
+        ->transform(whole_number(0, limits::LARGEST_PART))
+        ->group(group);
+}
+
+void warn_of_source(const MapSource& source, const std::string& file, const Common& common) {
+    for (const MapNote& note : source.notes) warn(common, fmt::format("{}: {}", file, note.text));
 }
 
 void add_chosen_tone(CLI::App& command, std::optional<double>& exposure, double& gamma) {
@@ -94,7 +120,7 @@ SceneLoader load_scene(const MapOptions& options, const Common& common, TableAri
 std::unique_ptr<Scene> finish_scene(SceneLoader& loader, const Device& device, TableBuilder& builder,
                                     const MapOptions& options, const Common& common) {
     auto scene = loader.finish(device, builder);
-    warn_of_map(options, common, scene->repaired(), scene->distribution().black());
+    warn_of_map(options, common, scene->map(), scene->repaired(), scene->distribution().black());
     return scene;
 }
 
@@ -102,7 +128,7 @@ std::unique_ptr<Scene> make_scene(RadianceMap map, const Device& device, TableBu
                                   const MapOptions& options, const Common& common) {
     try {
         auto scene = std::make_unique<Scene>(device, builder, std::move(map), scene_options_of(options));
-        warn_of_map(options, common, scene->repaired(), scene->distribution().black());
+        warn_of_map(options, common, scene->map(), scene->repaired(), scene->distribution().black());
         return scene;
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", map_file(options).string(), error.what()));

@@ -12,7 +12,7 @@
 
 namespace clerestory::commands {
 
-/// Adds MAP, --flip-y, --rotate-y, --scale, --luminance and --bad-texels.
+/// Adds MAP, --layer, --part, --flip-y, --rotate-y, --scale, --luminance and --bad-texels.
 void add_map_options(CLI::App& command, MapOptions& options);
 
 /// Adds --exposure and --gamma.
@@ -20,6 +20,13 @@ void add_tone_options(CLI::App& command, ToneOptions& tone);
 
 /// The same where the exposure is chosen by the exact sphere unless it is given.
 void add_chosen_tone(CLI::App& command, std::optional<double>& exposure, double& gamma);
+
+/// Adds the flags that choose what of a file is read: --layer and --part, or --`prefix`layer and --`prefix`part.
+void add_layer_options(CLI::App& command, std::string& layer, std::optional<int>& part, const std::string& of_what,
+                       const std::string& prefix = "");
+
+/// Warns of what reading a file has found, once.
+void warn_of_source(const MapSource& source, const std::string& file, const Common& common);
 
 /// Says that the bundled map is taken where none was named.
 void say_which_map(const MapOptions& options, const Common& common);

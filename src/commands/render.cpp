@@ -18,7 +18,6 @@
 #include "commands/sampling_options.hpp"
 #include "commands/validators.hpp"
 #include "error.hpp"
-#include "map/image_source.hpp"
 #include "measure/choose_estimator.hpp"
 #include "picture/picture_file.hpp"
 #include "picture/scene_export.hpp"
@@ -39,6 +38,7 @@ struct RenderCommand {
     std::vector<std::string> exports;  ///< formats of scene files
     double target_error = 0;           ///< 0: the flags say how to light the sphere
     nlohmann::json target_facts;       ///< how the target is reached; null without one
+    bool scenes_name_copy = false;     ///< the map's file is not what other renderers read as this program does
 };
 
 /// The file for one count: {samples} is replaced; without it, and with several counts, _N goes before the suffix.
@@ -59,6 +59,16 @@ std::string scene_file(const RenderCommand& command, SceneFormat format, std::si
     return output_name(first.replace_extension(scene_suffix(format)).string(), count, command.draw.counts.size() > 1);
 }
 
+/// The copy of the map that scene files name where its own file would light otherwise in another renderer.
+std::filesystem::path scene_map_file(const RenderCommand& command) {
+    const std::filesystem::path first = command.outputs.empty() ? "sphere.exr" : command.outputs.front();
+    // One copy serves the scenes of all counts.
+    std::string stem = first.stem().string();
+    const std::string field = "{samples}";
+    if (const auto at = stem.find(field); at != std::string::npos) stem.erase(at, field.size());
+    return first.parent_path() / (stem + "_map.exr");
+}
+
 void check_outputs(const RenderCommand& command) {
     if (command.outputs.empty() && command.exports.empty() && command.common.json.empty()) {
         throw UsageError("nothing to write: name a picture with -o, such as -o sphere.exr, or a report with --json");
@@ -73,6 +83,7 @@ void check_outputs(const RenderCommand& command) {
             files.emplace_back(scene_file(command, scene_format_by_name(name), count));
         }
     }
+    if (!command.exports.empty()) files.push_back(scene_map_file(command));
     check_files(command.common, {map_file(command.map)}, std::move(files));
 }
 
@@ -85,20 +96,27 @@ nlohmann::json parameters(const RenderCommand& command, const RenderOptions& opt
     return values;
 }
 
+/// Writes the map as any renderer reads it, where it must be: its only layer, upright, R, G, B.
+void write_scene_map(RenderCommand& command, const Scene& scene) {
+    const RadianceMap& map = scene.map();
+    command.scenes_name_copy =
+        !command.exports.empty() && (!map.source.plain || scene.repaired() != 0 || map.ringing != 0);
+    if (!command.scenes_name_copy) return;
+    const std::string file = scene_map_file(command).string();
+    write_exr_channels(file, map.width, map.height, {"R", "G", "B"}, map.rgb.data(), {});
+    say(command.common, file);
+}
+
 /// Writes what other renderers need for the same picture, beside the first output; returns the files by format.
 nlohmann::json write_scenes(const RenderCommand& command, const RenderOptions& options) {
     nlohmann::json files = nlohmann::json::object();
-    if (!command.exports.empty() && names_chromaticities(map_file(command.map))) {
-        warn(command.common, fmt::format("{}: names chromaticities, by which other renderers convert its colours and "
-                                         "this program does not; docs/interchange.md tells how to drop them",
-                                         map_file(command.map).string()));
-    }
+    const std::filesystem::path map = command.scenes_name_copy ? scene_map_file(command) : map_file(command.map);
     for (const std::string& name : command.exports) {
         const SceneFormat format = scene_format_by_name(name);
         const std::string file = scene_file(command, format, options.samples);
         ExportedScene scene;
-        scene.map = std::filesystem::absolute(map_file(command.map)).lexically_normal();
-        scene.flip_y = command.map.flip_y;
+        scene.map = std::filesystem::absolute(map).lexically_normal();
+        scene.flip_y = command.map.flip_y && !command.scenes_name_copy;
         scene.rotate_y_deg = command.map.rotate_y;
         scene.scale = options.scale;
         scene.albedo = options.albedo;
@@ -129,10 +147,11 @@ nlohmann::json render_one(const RenderCommand& command, Renderer& renderer, cons
     for (const auto& [stage, value] : picture.seconds) seconds[stage] = value;
     seconds["render"] = watch.lap();
     nlohmann::json result = parameters(command, options, scene, device);
+    const Header header = flat_header(result, seconds);
     result["outputs"] = nlohmann::json::array();
     for (const auto& pattern : command.outputs) {
         const std::string name = output_name(pattern, count, command.draw.counts.size() > 1);
-        write_picture(name, picture, command.tone, renderer.display(), flat_header(result, seconds));
+        write_picture(name, picture, command.tone, renderer.display(), header);
         result["outputs"].push_back(name);
         say(command.common, name);
     }
@@ -181,6 +200,7 @@ void run(RenderCommand command) {
         command = with_target_reached(std::move(command), renderer, *scene);
         before["choose"] = watch.lap();
     }
+    write_scene_map(command, *scene);
     nlohmann::json report = {{"renders", nlohmann::json::array()}};
     for (const std::size_t count : command.draw.counts) {
         report["renders"].push_back(render_one(command, renderer, *scene, device, count, before));

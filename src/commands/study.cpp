@@ -11,6 +11,7 @@
 
 #include "base/atomic_file.hpp"
 #include "base/clock.hpp"
+#include "base/durable.hpp"
 #include "base/json_text.hpp"
 #include "base/text_escape.hpp"
 #include "commands/commands.hpp"
@@ -43,7 +44,7 @@ struct StudyCommand {
 std::string command_line(const StudyCommand& command) {
     std::string line = "clerestory study";
     if (!command.map.file.empty()) line += " " + shell_word(command.map.file);
-    if (command.map.flip_y) line += " --flip-y";
+    for (const std::string& word : reading_flags(command.map)) line += " " + shell_word(word);
     if (command.map.rotate_y != 0) line += fmt::format(" --rotate-y {}", command.map.rotate_y);
     return line + " -o " + shell_word(command.folder);
 }
@@ -74,6 +75,7 @@ void write_all(const StudyCommand& command, const nlohmann::json& report, const 
     };
     write("study.csv", study_csv(measured.points));
     for (const auto& [name, svg] : pictures) write(name + ".svg", svg);
+    sync_remembered();  // the report says that the pictures are there
     write("study.json", json_text(report));
     write("index.html", study_page(report, pictures));
 }

@@ -36,16 +36,74 @@ constexpr std::size_t BAND_TEXELS = std::size_t{1} << 21;
 /// Compressed blocks that a band holds at least, so that several threads have some to decode.
 constexpr std::size_t BAND_BLOCKS = 8;
 
-InputError refused(const fs::path& file, std::string_view what) {
-    return InputError(fmt::format("{}: {}", file.string(), what));
+/// The first bytes of a file, which tell its kind whatever its name says.
+enum class Kind { exr, radiance, pfm, other };
+
+Kind kind_of(const std::string& bytes) {
+    constexpr std::string_view EXR_MAGIC{"\x76\x2f\x31\x01", 4};  // 20000630, little-endian
+    if (bytes.starts_with(EXR_MAGIC)) return Kind::exr;
+    if (bytes.starts_with("#?")) return Kind::radiance;
+    const bool pfm = bytes.size() > 2 && (bytes.starts_with("PF") || bytes.starts_with("Pf"));
+    return pfm && std::string_view(" \t\r\n").find(bytes[2]) != std::string_view::npos ? Kind::pfm : Kind::other;
+}
+
+/// Refuses what cannot be an image at all: nothing, a folder, a pipe, an empty or unreadable file.
+std::string first_bytes(const fs::path& file) {
+    constexpr std::size_t ENOUGH = 4;
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (status.type() == fs::file_type::not_found) throw refused(file, "no such file; check the path");
+    if (error) throw refused(file, fmt::format("cannot be opened: {}; check the path", error.message()));
+    if (fs::is_directory(status)) throw refused(file, "is a folder; name an image file");
+    if (!fs::is_regular_file(status)) throw refused(file, "is not a regular file; save the image to a file first");
+    std::ifstream in(file, std::ios::binary);
+    if (!in)
+        throw refused(
+            file, fmt::format("cannot be opened: {}; check its permissions", std::generic_category().message(errno)));
+    std::string bytes(ENOUGH, '\0');
+    in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    bytes.resize(static_cast<std::size_t>(in.gcount()));
+    if (bytes.empty()) throw refused(file, "is empty; get the file anew");
+    return bytes;
+}
+
+/// PFM and Radiance files hold one picture and no layers.
+void check_no_layers(const fs::path& file, const ReadOptions& options) {
+    if (!options.layer.empty()) throw refused(file, "has no layers; --layer is for EXR files");
+    if (options.part.value_or(0) != 0) throw refused(file, fmt::format("has no part {}, only part 0", *options.part));
 }
 
 std::unique_ptr<ImageSource> open_source(const fs::path& file, const ReadOptions& options) {
-    if (is_exr(file)) return open_exr(file, options.limits);
+    const Kind kind = kind_of(first_bytes(file));
+    if (kind == Kind::exr) return open_exr(file, options);
     if (suffix_of(file) == ".exr") {
         throw refused(file, "is not an EXR file, whatever its name says; its first bytes belong to another kind");
     }
-    return open_oiio(file, options);
+    if (kind == Kind::other) return open_oiio(file, options);
+    check_no_layers(file, options);
+    return kind == Kind::pfm ? open_pfm(file, options) : open_radiance(file, options);
+}
+
+/// A source that can be a latitude-longitude map.
+std::unique_ptr<ImageSource> open_map(const fs::path& file, const ReadOptions& options) {
+    std::unique_ptr<ImageSource> source = open_source(file, options);
+    if (source->is_cube()) {
+        throw refused(file,
+                      "is a cube map (its envmap attribute says so), not latitude-longitude; convert it with "
+                      "exrenvmap -latlong");
+    }
+    return source;
+}
+
+/// What a map's file is, with what its shape tells.
+MapSource source_of_map(const ImageSource& source) {
+    MapSource described = source.described();
+    if (source.width() != 2 * source.height()) {
+        described.notes.push_back({"not_2_to_1", fmt::format("is {} x {}, not twice as wide as high; it is spread over "
+                                                             "the whole sphere all the same",
+                                                             source.width(), source.height())});
+    }
+    return described;
 }
 
 /// Refuses before it is taken what the limits or the machine do not have.
@@ -153,24 +211,15 @@ PageBuffer::PageBuffer(std::size_t count) : count_(count) {
     data_.reset(static_cast<float*>(take_pages(count * sizeof(float))));
 }
 
-bool is_exr(const fs::path& file) {
-    constexpr std::string_view EXR_MAGIC{"\x76\x2f\x31\x01", 4};  // 20000630, little-endian
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (status.type() == fs::file_type::not_found) throw refused(file, "no such file; check the path");
-    if (error) throw refused(file, fmt::format("cannot be opened: {}; check the path", error.message()));
-    if (fs::is_directory(status)) throw refused(file, "is a folder; name an image file");
-    if (!fs::is_regular_file(status)) throw refused(file, "is not a regular file; save the image to a file first");
-    std::ifstream in(file, std::ios::binary);
-    if (!in)
-        throw refused(
-            file, fmt::format("cannot be opened: {}; check its permissions", std::generic_category().message(errno)));
-    std::string magic(EXR_MAGIC.size(), '\0');
-    in.read(magic.data(), static_cast<std::streamsize>(magic.size()));
-    magic.resize(static_cast<std::size_t>(in.gcount()));
-    if (magic.empty()) throw refused(file, "is empty; get the file anew");
-    return magic == EXR_MAGIC;
+InputError refused(const fs::path& file, std::string_view what) {
+    return InputError(fmt::format("{}: {}", file.string(), what));
 }
+
+InputError damaged(const fs::path& file, std::string_view how) {
+    return refused(file, fmt::format("damaged or cut short ({}); get the file anew", how));
+}
+
+bool is_exr(const fs::path& file) { return kind_of(first_bytes(file)) == Kind::exr; }
 
 void check_size(const fs::path& file, std::size_t width, std::size_t height, const ReadLimits& limits) {
     if (width == 0 || height == 0)
@@ -183,11 +232,11 @@ void check_size(const fs::path& file, std::size_t width, std::size_t height, con
 }
 
 RadianceMap read_map(const fs::path& file, const ReadOptions& options) {
-    const std::unique_ptr<ImageSource> source = open_source(file, options);
+    const std::unique_ptr<ImageSource> source = open_map(file, options);
     check_memory(file, *source, 3 * sizeof(float), options.limits);
     const std::size_t width = source->width();
     const std::size_t height = source->height();
-    RadianceMap map{width, height, PageBuffer(3 * width * height), 0};
+    RadianceMap map{width, height, PageBuffer(3 * width * height), 0, source_of_map(*source)};
     Rows rgb{map.rgb.data(), static_cast<std::ptrdiff_t>(3 * width)};
     if (options.flip_y) rgb = {rgb.row(height - 1), -rgb.stride};
 
@@ -209,8 +258,8 @@ RadianceMap read_map(const fs::path& file, const ReadOptions& options) {
     return map;
 }
 
-std::pair<std::size_t, std::size_t> read_image_size(const fs::path& file) {
-    const std::unique_ptr<ImageSource> source = open_source(file, {});
+std::pair<std::size_t, std::size_t> read_image_size(const fs::path& file, const ReadOptions& options) {
+    const std::unique_ptr<ImageSource> source = open_map(file, options);
     return {source->width(), source->height()};
 }
 
@@ -218,7 +267,7 @@ Picture read_picture(const fs::path& file, const ReadOptions& options) {
     const std::unique_ptr<ImageSource> source = open_source(file, options);
     const std::size_t floats = source->has_alpha() ? 4 : 3;
     check_memory(file, *source, floats * sizeof(float), options.limits);
-    Picture picture{source->width(), source->height(), {}, {}};
+    Picture picture{source->width(), source->height(), {}, {}, source->described()};
     const std::size_t texels = picture.width * picture.height;
     picture.rgb.resize(3 * texels);
     Rows rgb{picture.rgb.data(), static_cast<std::ptrdiff_t>(3 * picture.width)};

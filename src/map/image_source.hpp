@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <utility>
 
+#include "error.hpp"
 #include "image.hpp"
 
 namespace clerestory {
@@ -20,8 +22,12 @@ struct Rows {
 /// An opened image file whose size is known and within the limits, and whose pixels have not been read yet.
 class ImageSource {
   public:
-    ImageSource(std::size_t width, std::size_t height, std::size_t chunk_rows, bool has_alpha)
-        : width_(width), height_(height), chunk_rows_(chunk_rows), has_alpha_(has_alpha) {}
+    ImageSource(std::size_t width, std::size_t height, std::size_t chunk_rows, bool has_alpha, MapSource described)
+        : width_(width),
+          height_(height),
+          chunk_rows_(chunk_rows),
+          has_alpha_(has_alpha),
+          described_(std::move(described)) {}
     ImageSource(const ImageSource&) = delete;
     ImageSource& operator=(const ImageSource&) = delete;
     virtual ~ImageSource() = default;
@@ -31,6 +37,13 @@ class ImageSource {
     /// Rows that are decoded together: reading is cheapest, and sometimes only possible, in multiples of it.
     [[nodiscard]] std::size_t chunk_rows() const noexcept { return chunk_rows_; }
     [[nodiscard]] bool has_alpha() const noexcept { return has_alpha_; }
+
+    /// What of the file is read, and what is to be said about it.
+    [[nodiscard]] const MapSource& described() const noexcept { return described_; }
+
+    /// Whether the file says that it is a cube map: no latitude-longitude map, whatever its size.
+    [[nodiscard]] bool is_cube() const noexcept { return is_cube_; }
+    void mark_cube() noexcept { is_cube_ = true; }
 
     /// Whether the file's compression leaves small negative values beside bright ones.
     [[nodiscard]] virtual bool rings() const noexcept { return false; }
@@ -44,14 +57,20 @@ class ImageSource {
     std::size_t height_;
     std::size_t chunk_rows_;
     bool has_alpha_;
+    bool is_cube_ = false;
+    MapSource described_;
 };
+
+/// What is wrong with a file, after its name; and the same where its bytes break its format's rules.
+InputError refused(const std::filesystem::path& file, std::string_view what);
+InputError damaged(const std::filesystem::path& file, std::string_view how);
 
 /// Whether a file is EXR by its first bytes. Refuses what cannot be an image at all: nothing, a folder, a pipe, an
 /// empty or unreadable file. Throws InputError.
 bool is_exr(const std::filesystem::path& file);
 
 /// Width and height as read_map would find them, from the header alone. Throws InputError.
-std::pair<std::size_t, std::size_t> read_image_size(const std::filesystem::path& file);
+std::pair<std::size_t, std::size_t> read_image_size(const std::filesystem::path& file, const ReadOptions& options);
 
 /// Refuses a claimed size that is empty or beyond `limits`. Throws InputError.
 void check_size(const std::filesystem::path& file, std::size_t width, std::size_t height, const ReadLimits& limits);
@@ -60,13 +79,12 @@ void check_size(const std::filesystem::path& file, std::size_t width, std::size_
 /// reads. Throws InputError.
 void check_exr_attributes(const std::filesystem::path& file);
 
-/// Opens an EXR file. Throws InputError.
-std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& file, const ReadLimits& limits);
+/// Each opens an image of one kind. Throws InputError.
+std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& file, const ReadOptions& options);
+std::unique_ptr<ImageSource> open_pfm(const std::filesystem::path& file, const ReadOptions& options);
+std::unique_ptr<ImageSource> open_radiance(const std::filesystem::path& file, const ReadOptions& options);
 
 /// Opens any other image through OpenImageIO, whose module is loaded on the first call. Throws InputError.
 std::unique_ptr<ImageSource> open_oiio(const std::filesystem::path& file, const ReadOptions& options);
-
-/// The file is EXR and names chromaticities, by which other programs convert its colours. Throws InputError.
-bool names_chromaticities(const std::filesystem::path& file);
 
 }  // namespace clerestory

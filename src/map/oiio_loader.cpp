@@ -17,6 +17,7 @@
 #include "image.hpp"
 #include "map/image_source.hpp"
 #include "map/oiio_abi.hpp"
+#include "map/placed_source.hpp"
 
 namespace clerestory {
 namespace {
@@ -74,7 +75,7 @@ class OiioSource final : public ImageSource {
 
     OiioSource(fs::path file, const oiio_abi::Functions& functions, Handle image, const oiio_abi::Info& info)
         : ImageSource(static_cast<std::size_t>(info.width), static_cast<std::size_t>(info.height),
-                      static_cast<std::size_t>(info.chunk_rows), info.has_alpha != 0),
+                      static_cast<std::size_t>(info.chunk_rows), info.has_alpha != 0, described(info)),
           file_(std::move(file)),
           functions_(functions),
           image_(std::move(image)),
@@ -94,6 +95,28 @@ class OiioSource final : public ImageSource {
     }
 
   private:
+    static MapSource described(const oiio_abi::Info& info) {
+        MapSource source;
+        source.format = info.format;
+        source.compression = info.compression;
+        source.type = info.type;
+        source.part = info.part;
+        for (const auto& name : info.channels) {
+            if (name[0] != '\0') source.channels.emplace_back(name);
+        }
+        if (info.is_integer) {
+            source.notes.push_back(
+                {"eight_bit",
+                 fmt::format("holds {} values, decoded {}: what is brighter than white was lost, a sun above "
+                             "all; light with the HDR file if there is one",
+                             info.type,
+                             info.gamma == 1  ? "as linear"
+                             : info.gamma > 0 ? fmt::format("with its gamma of {:.3g}", info.gamma)
+                                              : "through the sRGB curve")});
+        }
+        return source;
+    }
+
     [[nodiscard]] std::size_t floats() const { return has_alpha() ? 4 : 3; }
 
     void read_block(std::size_t begin, std::size_t end) {
@@ -101,8 +124,7 @@ class OiioSource final : public ImageSource {
         std::array<char, oiio_abi::MESSAGE_SIZE> message{};
         if (!functions_.read(image_.get(), static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end),
                              block_.data(), message.data())) {
-            throw InputError(
-                fmt::format("{}: damaged or cut short ({}); get the file anew", file_.string(), message.data()));
+            throw damaged(file_, message.data());
         }
     }
 
@@ -137,10 +159,15 @@ std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& 
     const oiio_abi::Functions& functions = load_module(file, module);
     oiio_abi::Info info{};
     std::array<char, oiio_abi::MESSAGE_SIZE> message{};
-    OiioSource::Handle image(functions.open(file.c_str(), &info, message.data()), functions.close);
+    if (!options.layer.empty()) {
+        throw refused(file, "has no layers; --layer is for EXR files");
+    }
+    OiioSource::Handle image(
+        functions.open(file.c_str(), options.part.value_or(oiio_abi::ANY_PART), &info, message.data()),
+        functions.close);
     if (!image) {
-        throw InputError(fmt::format("{}: is not an image that can be read ({}); use EXR, HDR, PFM or TIFF",
-                                     file.string(), message.data()));
+        throw refused(file,
+                      fmt::format("is not an image that can be read ({}); use EXR, HDR, PFM or TIFF", message.data()));
     }
     const auto size = [](std::int64_t n) { return n < 0 ? std::size_t{0} : static_cast<std::size_t>(n); };
     check_size(file, size(info.width), size(info.height), options.limits);
@@ -150,7 +177,10 @@ std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& 
                         "for instance with oiiotool --reorient",
                         file.string(), info.orientation));
     }
-    return std::make_unique<OiioSource>(file, functions, std::move(image), info);
+    const Window data{info.x, info.y, size(info.width), size(info.height)};
+    const Window display{info.full_x, info.full_y, size(info.full_width), size(info.full_height)};
+    return placed(file, std::make_unique<OiioSource>(file, functions, std::move(image), info), data, display,
+                  options.limits);
 }
 
 }  // namespace clerestory

@@ -37,25 +37,71 @@ int find_channel(const OIIO::ImageSpec& spec, const std::string& name) {
     return -1;
 }
 
-/// R, G and B by name, else the first three channels that are not alpha, else the first alone three times.
-std::array<int, 4> choose_channels(const OIIO::ImageSpec& spec) {
+/// R, G and B by name, else the only one that is not alpha, thrice. False where there is no such set.
+bool choose_channels(const OIIO::ImageSpec& spec, std::array<int, 4>& chosen) {
     const int alpha = spec.nchannels > 1 ? spec.alpha_channel : -1;
-    const int red = find_channel(spec, "red");
-    const int green = find_channel(spec, "green");
-    const int blue = find_channel(spec, "blue");
-    if (red >= 0 && green >= 0 && blue >= 0) return {red, green, blue, alpha};
-    std::vector<int> colour;
-    for (int c = 0; c < spec.nchannels; ++c) {
-        if (c != alpha) colour.push_back(c);
+    chosen = {find_channel(spec, "red"), find_channel(spec, "green"), find_channel(spec, "blue"), alpha};
+    if (chosen[0] >= 0 && chosen[1] >= 0 && chosen[2] >= 0) return true;
+    if (spec.nchannels - (alpha >= 0 ? 1 : 0) != 1) return false;
+    const int grey = alpha == 0 ? 1 : 0;
+    chosen = {grey, grey, grey, alpha};
+    return true;
+}
+
+/// TIFF's codes for the two encodings of a wide range that OpenImageIO cuts to 8 bits.
+bool is_log_encoded(const OIIO::ImageSpec& spec) {
+    constexpr int LOGL = 32844;
+    constexpr int LOGLUV = 32845;
+    const int photometric = spec.get_int_attribute("tiff:PhotometricInterpretation", 0);
+    return photometric == LOGL || photometric == LOGLUV;
+}
+
+/// TIFF's mark of a smaller copy of another page.
+bool is_thumbnail(const OIIO::ImageSpec& spec) {
+    constexpr int REDUCED = 1;
+    return (spec.get_int_attribute("tiff:subfiletype", 0) & REDUCED) != 0;
+}
+
+/// Turns to the part that was asked for; false, with a message, where there is none.
+bool seek_part(OIIO::ImageInput& input, int part, char* message) {
+    if (part != ANY_PART) {
+        if (input.seek_subimage(part, 0)) return true;
+        say(message, "has no part " + std::to_string(part) + "; parts are counted from 0");
+        return false;
     }
-    if (colour.size() < 3) return {colour[0], colour[0], colour[0], alpha};
-    return {colour[0], colour[1], colour[2], alpha};
+    for (int p = 0; is_thumbnail(input.spec());) {
+        if (!input.seek_subimage(++p, 0)) return input.seek_subimage(0, 0);  // a file of thumbnails
+    }
+    return true;
+}
+
+/// Why an image cannot be a map; empty where it can.
+std::string what_bars(const OIIO::ImageSpec& spec, std::array<int, 4>& channels) {
+    if (spec.deep || spec.depth > 1 || spec.nchannels < 1) return "holds deep samples or a volume, not an image";
+    if (is_log_encoded(spec))
+        return "is encoded as LogLuv or LogL, which would lose its range; write it as 32-bit float";
+    if (choose_channels(spec, channels)) return {};
+    std::string names;
+    for (const std::string& name : spec.channelnames) names += (names.empty() ? "" : ", ") + name;
+    return "has no R, G, B and not one grey channel alone, but " + names;
+}
+
+template <std::size_t N>
+void put(char (&to)[N], const std::string& text) {
+    std::snprintf(to, N, "%s", text.c_str());
 }
 
 Info describe(const OIIO::ImageSpec& spec, const Image& image) {
     Info info{};
+    info.x = spec.x;
+    info.y = spec.y;
     info.width = spec.width;
     info.height = spec.height;
+    info.full_x = spec.full_x;
+    info.full_y = spec.full_y;
+    info.full_width = spec.full_width;
+    info.full_height = spec.full_height;
+    info.part = image.input->current_subimage();
     info.chunk_rows = spec.tile_height > 0 ? spec.tile_height : 1;
     info.has_alpha = image.channels[3] >= 0;
     info.is_straight = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
@@ -64,10 +110,15 @@ Info describe(const OIIO::ImageSpec& spec, const Image& image) {
     // OpenImageIO gives a file's own gamma as the exponent that decodes it.
     info.gamma = spec.get_float_attribute("oiio:Gamma", 0.0F);
     if (spec.get_string_attribute("oiio:ColorSpace") == "Linear") info.gamma = 1.0;
+    put(info.format, image.input->format_name());
+    put(info.compression, spec.get_string_attribute("compression", "none"));
+    put(info.type, spec.format.c_str());
+    const bool grey = image.channels[0] == image.channels[1];
+    for (std::size_t c = 0; c < (grey ? 1 : 3); ++c) put(info.channels[c], spec.channel_name(image.channels[c]));
     return info;
 }
 
-Image* open_image(const char* file, Info* info, char* message) {
+Image* open_image(const char* file, int part, Info* info, char* message) {
     try {
         OIIO::ImageSpec wishes;
         wishes["oiio:UnassociatedAlpha"] = 1;  // colour is multiplied by alpha after it is made linear, not before
@@ -77,12 +128,12 @@ Image* open_image(const char* file, Info* info, char* message) {
             say(message, OIIO::geterror());
             return nullptr;
         }
+        if (!seek_part(*image->input, part, message)) return nullptr;
         const OIIO::ImageSpec& spec = image->input->spec();
-        if (spec.deep || spec.depth > 1 || spec.nchannels < 1) {
-            say(message, "holds deep samples or a volume, not an image");
+        if (const std::string bar = what_bars(spec, image->channels); !bar.empty()) {
+            say(message, bar);
             return nullptr;
         }
-        image->channels = choose_channels(spec);
         *info = describe(spec, *image);
         return image.release();
     } catch (const std::exception& e) {
@@ -94,6 +145,7 @@ Image* open_image(const char* file, Info* info, char* message) {
 int read_rows(Image* image, std::int64_t begin, std::int64_t end, float* out, char* message) {
     try {
         const OIIO::ImageSpec& spec = image->input->spec();
+        const int part = image->input->current_subimage();
         const auto width = static_cast<std::size_t>(spec.width);
         const auto stride = static_cast<std::size_t>(spec.nchannels);
         const int top = spec.y + static_cast<int>(begin);
@@ -101,9 +153,9 @@ int read_rows(Image* image, std::int64_t begin, std::int64_t end, float* out, ch
         image->row_block.resize(static_cast<std::size_t>(end - begin) * width * stride);
         float* all = image->row_block.data();
         const bool read = spec.tile_width > 0
-                              ? image->input->read_tiles(0, 0, spec.x, spec.x + spec.width, top, bottom, spec.z,
+                              ? image->input->read_tiles(part, 0, spec.x, spec.x + spec.width, top, bottom, spec.z,
                                                          spec.z + 1, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all)
-                              : image->input->read_scanlines(0, 0, top, bottom, spec.z, 0, spec.nchannels,
+                              : image->input->read_scanlines(part, 0, top, bottom, spec.z, 0, spec.nchannels,
                                                              OIIO::TypeDesc::FLOAT, all);
         if (!read) {
             say(message, image->input->geterror());

@@ -21,6 +21,12 @@ void add_values(Header& header, const std::string& prefix, const nlohmann::json&
             entry.text = value.get<std::string>();
         } else if (value.is_boolean()) {
             entry.text = value.get<bool>() ? "true" : "false";
+        } else if (value.is_object()) {
+            add_values(header, prefix + key + ":", value);
+            continue;
+        } else if (value.is_array() &&
+                   std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_string(); })) {
+            entry.text = fmt::format("{}", fmt::join(value.get<std::vector<std::string>>(), ","));
         } else {
             continue;
         }

@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "image.hpp"
 #include "options.hpp"
@@ -18,6 +20,8 @@ struct MapOptions {
     double scale = 1;
     std::string luminance = "average";
     std::string bad_texels = "refuse";
+    std::string layer;        ///< empty: the one that is the picture
+    std::optional<int> part;  ///< of the file, from 0; without: the first that holds the picture
 };
 
 /// The file that is read: the one named, or the bundled map.
@@ -35,6 +39,15 @@ ReadOptions read_options_of(const MapOptions& options);
 
 /// Reads the map; messages name the file.
 RadianceMap read_map_of(const MapOptions& options);
+
+/// What decides a map's texels and tables beside its file: jobs that agree in it and in the file share a scene.
+nlohmann::json describe_reading(const MapOptions& options);
+
+/// The same as flags, where they are not the defaults.
+std::vector<std::string> reading_flags(const MapOptions& options);
+
+/// What of the file lit: its format, compression and type, the part, layer and channels.
+nlohmann::json describe_source(const MapSource& source);
 
 /// The map's part of a report: file, size, orientation.
 nlohmann::json describe_map(const MapOptions& options, const RadianceMap& map);

@@ -15,6 +15,7 @@ inline constexpr double LARGEST_GAMMA = 100;
 inline constexpr double LARGEST_ALBEDO = 1e6;
 inline constexpr std::size_t LARGEST_COUNT = std::size_t{1} << 30;
 inline constexpr std::size_t LARGEST_SIDE = 16384;
+inline constexpr int LARGEST_PART = 1 << 20;
 
 /// Throw UsageError, naming the option, where a value is out of its range or no number.
 void check(const SamplingOptions& options);
