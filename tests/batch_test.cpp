@@ -15,8 +15,10 @@
 #include <vector>
 
 #include "base/digest.hpp"
+#include "batch/resume.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
+#include "render/source_digest.hpp"
 #include "run_program.hpp"
 
 namespace clerestory::test {
@@ -182,6 +184,23 @@ TEST_F(Batch, DryRunListsJobsAndWritesNothing) {
     EXPECT_GT(plan["estimated_seconds"].get<double>(), 0);
     EXPECT_GT(plan["memory_bytes"].get<double>(), 0);
     EXPECT_FALSE(fs::exists(folder_.file("out")));
+}
+
+/// The version may stand still while kernels change.
+TEST_F(Batch, APicturesDigestCoversTheCodeThatMadeItAndHowTheMapWasRead) {
+    EXPECT_EQ(source_digest().size(), 64U);
+    EXPECT_EQ(source_digest().find_first_not_of("0123456789abcdef"), std::string_view::npos);
+    PictureRecipe recipe;
+    const std::string digest = picture_digest(recipe, "map", false);
+    EXPECT_EQ(picture_digest(recipe, "map", false), digest);
+    EXPECT_NE(picture_digest(recipe, "another", false), digest);
+    recipe.map.layer = "sky";
+    const std::string of_layer = picture_digest(recipe, "map", false);
+    EXPECT_NE(of_layer, digest);
+    recipe.map.layer.clear();
+    recipe.map.part = 1;
+    EXPECT_NE(picture_digest(recipe, "map", false), digest);
+    EXPECT_NE(picture_digest(recipe, "map", false), of_layer);
 }
 
 TEST_F(Batch, ResumeSkipsWhatIsDoneAndUnchanged) {

@@ -11,6 +11,7 @@
 #include "map/png_text.hpp"
 #include "picture/picture_file.hpp"
 #include "render/method.hpp"
+#include "render/source_digest.hpp"
 
 namespace clerestory {
 
@@ -29,16 +30,10 @@ void check_last_row(const std::string& file) {
 std::string picture_digest(const PictureRecipe& recipe, const std::string& map_digest, bool preview) {
     const MapOptions& map = recipe.map;
     const RenderOptions& render = recipe.render;
-    nlohmann::json all = {{"version", CLERESTORY_VERSION},
-                          {"map", map_digest},
-                          {"flip_y", map.flip_y},
-                          {"rotate_y", map.rotate_y},
-                          {"scale", map.scale},
-                          {"luminance", map.luminance},
-                          {"bad_texels", map.bad_texels},
-                          {"estimator", estimator_name(render.estimator)},
-                          {"size", render.size},
-                          {"albedo", render.albedo}};
+    nlohmann::json all = {
+        {"sources", source_digest()}, {"map", map_digest},      {"reading", describe_reading(map)},
+        {"rotate_y", map.rotate_y},   {"scale", map.scale},     {"estimator", estimator_name(render.estimator)},
+        {"size", render.size},        {"albedo", render.albedo}};
     if (draws_samples(render.estimator)) {
         all["samples"] = render.samples;
         all["sequence"] = sequence_name(render.sampling.sequence);

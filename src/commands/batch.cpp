@@ -281,7 +281,7 @@ void add_batch(CLI::App& app) {
     command->add_option("-o,--output-folder", options->folder, "Folder that outputs' names start from (the job file's)")
         ->type_name("DIR");
     command->add_flag("--resume", options->resume,
-                      "Skip jobs whose outputs stand already, of the same map, parameters and version");
+                      "Skip jobs whose outputs stand already, of the same map, parameters and code");
     command->add_flag("--dry-run", options->dry_run, "Only list the jobs, with memory and estimated time");
     command
         ->add_option("--shard", options->shard,
