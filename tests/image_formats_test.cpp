@@ -457,6 +457,30 @@ TEST_F(ImageFormats, TiffHasPagesAndNoLayers) {
     EXPECT_FALSE(read("map.tif").source.plain);
 }
 
+/// oiiotool --crop leaves a TIFF with the whole's size.
+TEST_F(ImageFormats, ACroppedTiffIsPlacedToo) {
+    constexpr std::uint16_t FULL_WIDTH = 33300;
+    constexpr std::uint16_t FULL_LENGTH = 33301;
+    test::write_float_tiff(folder_.file("map.tif"), 4, 2, 1, ramp(8), {{FULL_WIDTH, 6}, {FULL_LENGTH, 3}});
+    const RadianceMap map = read("map.tif");
+    ASSERT_EQ(map.width, 6U);
+    ASSERT_EQ(map.height, 3U);
+    EXPECT_THAT(notes(map), ElementsAre("cropped"));
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 6; ++column) {
+            const bool inside = row < 2 && column < 4;
+            EXPECT_EQ(map.rgb[3 * (6 * row + column) + 1], inside ? ramp(8)[4 * row + column] : 0.0F);
+        }
+    }
+}
+
+/// A name in a file must not reach the terminal as commands.
+TEST_F(ImageFormats, NamesAreShownAsOneLine) {
+    const std::string name = "a\n\x1b[31m";
+    test::write_exr_parts(folder_.file("map.exr"), {4, 2}, {{"left", colours(ramp(24))}, {name, colours(ramp(24))}});
+    EXPECT_THAT(read("map.exr").source.notes[0].text, HasSubstr("such as a\\n\\x1b[31m"));
+}
+
 TEST_F(ImageFormats, EightBitsAreSaid) {
     test::write_raw(folder_.file("map.ppm"), "P6 2 1 255\n" + std::string(6, '\x7f'));
     const RadianceMap map = read("map.ppm");

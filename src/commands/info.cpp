@@ -38,11 +38,11 @@ std::string place_text(const TexelCount& found) {
 
 std::string source_text(const nlohmann::json& source) {
     const auto layer = source["layer"].get<std::string>();
-    return fmt::format("{} of {}part {} of {}, {}, compression {}",
-                       fmt::join(source["channels"].get<std::vector<std::string>>(), ", "),
-                       layer.empty() ? "" : fmt::format("layer {}, ", one_line(layer)), source["part"].get<int>(),
-                       source["format"].get<std::string>(), source["type"].get<std::string>(),
-                       source["compression"].get<std::string>());
+    return one_line(fmt::format("{} of {}part {} of {}, {}, compression {}",
+                                fmt::join(source["channels"].get<std::vector<std::string>>(), ", "),
+                                layer.empty() ? "" : fmt::format("layer {}, ", layer), source["part"].get<int>(),
+                                source["format"].get<std::string>(), source["type"].get<std::string>(),
+                                source["compression"].get<std::string>()));
 }
 
 void print(const MapFacts& facts, const nlohmann::json& report) {

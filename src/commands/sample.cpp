@@ -46,7 +46,7 @@ nlohmann::json write_lights(const SampleOptions& options, const Scene& scene, co
     if (options.lights.empty()) return files;
     const auto lights = light_list(records, options.map.scale);
     nlohmann::json facts = describe_samples(options, scene);
-    facts.update(facts["map"]);  // EXR attributes have no nesting
+    facts.update(facts["map"]);  // EXR attributes are named as those of pictures
     facts.erase("map");
     for (const std::string& format : options.lights) {
         const std::string file = stem.string() + "." + format;

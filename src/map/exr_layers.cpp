@@ -184,7 +184,7 @@ class Chooser {
     }
 
     [[nodiscard]] static std::string title_of(const Layer& layer) {
-        return layer.title.empty() ? fmt::format("part {}", layer.part) : layer.title;
+        return layer.title.empty() ? fmt::format("part {}", layer.part) : one_line(layer.title);
     }
     [[nodiscard]] static std::string titles_of(const std::vector<Layer>& layers) {
         std::vector<std::string> titles;

@@ -24,6 +24,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/text_escape.hpp"
 #include "error.hpp"
 #include "image.hpp"
 #include "map/exr_layers.hpp"
@@ -201,7 +202,7 @@ struct OpenFile {
         if (channel.xSampling == expected && channel.ySampling == expected) return;
         throw refused(file, fmt::format("channel {} holds one value per {} x {} texels; write R, G and B with full "
                                         "resolution",
-                                        name, channel.xSampling, channel.ySampling));
+                                        one_line(name), channel.xSampling, channel.ySampling));
     }
 
     [[nodiscard]] MapSource described() const {
@@ -363,7 +364,7 @@ void check_chroma(const OpenFile& opened) {
     if (opened.chosen.part == 0 && opened.chosen.channels == spelt) return;
     throw refused(opened.file, fmt::format("stores luminance and chroma ({}) in a way that cannot be decoded; write it "
                                            "as R, G and B",
-                                           fmt::join(opened.chosen.channels, ", ")));
+                                           one_line(fmt::format("{}", fmt::join(opened.chosen.channels, ", ")))));
 }
 
 std::unique_ptr<ImageSource> open_layer(std::unique_ptr<OpenFile> opened) {

@@ -39,7 +39,8 @@ struct Image;
 /// What the module exports under the name FUNCTIONS. Failures leave one line in `message` [MESSAGE_SIZE].
 struct Functions {
     int version;
-    Image* (*open)(const char* file, int part, Info* info, char* message);  ///< null on failure
+    /// Null on failure; its message goes on after the file's name.
+    Image* (*open)(const char* file, int part, Info* info, char* message);
     /// Decodes rows [begin, end) to out [(end - begin) * width * (has_alpha ? 4 : 3)]; grey is given thrice. 0 on
     /// failure.
     int (*read)(Image* image, std::int64_t begin, std::int64_t end, float* out, char* message);

@@ -165,10 +165,7 @@ std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& 
     OiioSource::Handle image(
         functions.open(file.c_str(), options.part.value_or(oiio_abi::ANY_PART), &info, message.data()),
         functions.close);
-    if (!image) {
-        throw refused(file,
-                      fmt::format("is not an image that can be read ({}); use EXR, HDR, PFM or TIFF", message.data()));
-    }
+    if (!image) throw refused(file, message.data());
     const auto size = [](std::int64_t n) { return n < 0 ? std::size_t{0} : static_cast<std::size_t>(n); };
     check_size(file, size(info.width), size(info.height), options.limits);
     if (info.orientation != 1) {
@@ -177,8 +174,10 @@ std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& 
                         "for instance with oiiotool --reorient",
                         file.string(), info.orientation));
     }
-    const Window data{info.x, info.y, size(info.width), size(info.height)};
+    Window data{info.x, info.y, size(info.width), size(info.height)};
     const Window display{info.full_x, info.full_y, size(info.full_width), size(info.full_height)};
+    // TIFF's position alone, without the size of a whole, is the place on a printed page.
+    if (data.width == display.width && data.height == display.height) data = display;
     return placed(file, std::make_unique<OiioSource>(file, functions, std::move(image), info), data, display,
                   options.limits);
 }

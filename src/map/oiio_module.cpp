@@ -125,7 +125,9 @@ Image* open_image(const char* file, int part, Info* info, char* message) {
         auto image = std::make_unique<Image>();
         image->input = OIIO::ImageInput::open(file, &wishes);
         if (!image->input) {
-            say(message, OIIO::geterror());
+            const std::string reason = OIIO::geterror();
+            say(message, "is not an image that can be read (" + reason.substr(0, reason.find('\n')) +
+                             "); use EXR, HDR, PFM or TIFF");
             return nullptr;
         }
         if (!seek_part(*image->input, part, message)) return nullptr;
@@ -137,7 +139,7 @@ Image* open_image(const char* file, int part, Info* info, char* message) {
         *info = describe(spec, *image);
         return image.release();
     } catch (const std::exception& e) {
-        say(message, e.what());
+        say(message, std::string("could not be opened (") + e.what() + "); use EXR, HDR, PFM or TIFF");
         return nullptr;
     }
 }
