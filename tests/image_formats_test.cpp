@@ -337,6 +337,20 @@ TEST_F(ImageFormats, RadianceRunsOfBothKindsAreRead) {
     for (std::size_t x = 0; x < 516; ++x) EXPECT_EQ(repeated[3 * x + 1], 20);
 }
 
+/// Other programs' readers know the newer coding alone.
+TEST_F(ImageFormats, ARadianceFileIsPlainWhereOthersReadItToo) {
+    const std::string coded = codes({2, 2, 0, 9, 137, 10, 137, 20, 137, 30, 137, 136});
+    const std::string old = codes({10, 20, 30, 136, 1, 1, 1, 8});
+    const auto is_plain = [&](const std::string& lines, const std::string& size, const std::string& data) {
+        test::write_raw(folder_.file("map.hdr"), radiance(lines, size, data));
+        return read("map.hdr").source.plain;
+    };
+    EXPECT_TRUE(is_plain("FORMAT=32-bit_rle_rgbe\n", "-Y 1 +X 9", coded));
+    EXPECT_FALSE(is_plain("FORMAT=32-bit_rle_rgbe\n", "-Y 1 +X 9", old));
+    EXPECT_FALSE(is_plain("FORMAT=32-bit_rle_rgbe\n", "+Y 1 +X 9", coded));
+    EXPECT_FALSE(is_plain("FORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n", "-Y 1 +X 9", coded));
+}
+
 TEST_F(ImageFormats, RadianceFilesMayBeTurnedOver) {
     const std::string data = codes({1, 0, 0, 136, 2, 0, 0, 136, 3, 0, 0, 136, 4, 0, 0, 136});
     const auto reds = [&](const std::string& size, bool flip = false) {
@@ -392,12 +406,18 @@ TEST_F(ImageFormats, ARadianceFileThatCannotBeReadIsSaid) {
     EXPECT_THAT(said(radiance("FORMAT=ascii\n", "-Y 1 +X 2", data)), HasSubstr("an unknown FORMAT=ascii"));
     EXPECT_THAT(said(radiance("", "-Y 1", data)), HasSubstr("names no size"));
     EXPECT_THAT(said("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"), HasSubstr("its header does not end"));
-    EXPECT_THAT(said(radiance("", "-Y 3 +X 2", data)), HasSubstr("rows are missing"));
+    EXPECT_THAT(said(radiance("", "-Y 2 +X 2", data)), HasSubstr("rows are missing"));
+    EXPECT_THAT(said(radiance("", "-Y 3 +X 2", data)), HasSubstr("bytes cannot hold 2 x 3 texels"));
+    const std::string rest(8, '\0');
+    const std::string row = codes({2, 2, 64, 0}) + std::string(500, '\xff');
+    EXPECT_THAT(said(radiance("", "-Y 8192 +X 16384", row)), HasSubstr("bytes cannot hold 16384 x 8192 texels"));
     EXPECT_THAT(said(radiance("", "-Y 0 +X 2", data)), HasSubstr("has no texels"));
     EXPECT_THAT(said(radiance("", "-Y 9999999999 +X 9999999999", data)), HasSubstr("beyond the limits"));
-    EXPECT_THAT(said(radiance("", "-Y 1 +X 9", codes({2, 2, 0, 8, 136, 1}))), HasSubstr("another width"));
-    EXPECT_THAT(said(radiance("", "-Y 1 +X 9", codes({2, 2, 0, 9, 140, 1, 0, 0}))), HasSubstr("a run leaves its row"));
-    EXPECT_THAT(said(radiance("", "-Y 1 +X 9", codes({2, 2, 0, 9, 0, 1, 0, 0}))), HasSubstr("a run leaves its row"));
+    EXPECT_THAT(said(radiance("", "-Y 1 +X 9", codes({2, 2, 0, 8, 136, 1}) + rest)), HasSubstr("another width"));
+    EXPECT_THAT(said(radiance("", "-Y 1 +X 9", codes({2, 2, 0, 9, 140, 1, 0, 0}) + rest)),
+                HasSubstr("a run leaves its row"));
+    EXPECT_THAT(said(radiance("", "-Y 1 +X 9", codes({2, 2, 0, 9, 0, 1, 0, 0}) + rest)),
+                HasSubstr("a run leaves its row"));
     EXPECT_THAT(said(radiance("", "-Y 1 +X 2", codes({1, 1, 1, 1, 1, 1, 1, 1}))), HasSubstr("a run leaves its row"));
 }
 

@@ -80,9 +80,8 @@ struct ReadLimits {
 
 /// How to read a map.
 struct ReadOptions {
-    bool flip_y = false;  ///< the file's rows are stored bottom-up
-    std::string layer =
-        {};  ///< of an EXR file, by its whole name or its last words; empty: the one that is the picture
+    bool flip_y = false;           ///< the file's rows are stored bottom-up
+    std::string layer = {};        ///< of an EXR file, by its whole name or its last words; empty: the picture's
     std::optional<int> part = {};  ///< of the file, from 0; without: the first that holds the picture
     ReadLimits limits;
     std::filesystem::path

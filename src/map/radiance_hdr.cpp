@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -162,14 +163,31 @@ std::vector<MapNote> notes_of(const RadianceHeader& header) {
     return notes;
 }
 
-MapSource source_of(const RadianceHeader& header) {
+/// The newer run-length coding begins each row with 2, 2 and the width; without it rows may have the older one.
+bool has_coded_rows(const RadianceHeader& header, std::string_view data) {
+    return header.width >= NARROWEST_CODED && header.width <= WIDEST_CODED && data.starts_with("\2\2");
+}
+
+/// Refuses a file that is too short for any picture of its size, before memory is taken for one.
+void check_length(const fs::path& file, const RadianceHeader& header, bool coded) {
+    constexpr std::size_t LONGEST_RUN = 127;
+    const std::size_t runs = (header.width + LONGEST_RUN - 1) / LONGEST_RUN;
+    const std::size_t shortest_row = CODE_BYTES + (coded ? CODE_BYTES * 2 * runs : 0);
+    std::error_code error;
+    const std::uintmax_t length = fs::file_size(file, error);
+    if (error || length >= header.size + header.height * shortest_row) return;
+    throw damaged(file, fmt::format("{} bytes cannot hold {} x {} texels", length, header.width, header.height));
+}
+
+///   coded  rows have the coding that other readers know
+MapSource source_of(const RadianceHeader& header, bool coded) {
     MapSource source;
     source.format = "Radiance";
-    source.compression = "rle";
+    source.compression = coded ? "rle" : "none or old rle";
     source.type = "rgbe";
     source.channels = {"R", "G", "B"};
     source.notes = notes_of(header);
-    source.plain = source.notes.empty() && !header.bottom_up && !header.right_to_left;
+    source.plain = coded && source.notes.empty() && !header.bottom_up && !header.right_to_left;
     return source;
 }
 
@@ -213,8 +231,8 @@ class Bytes {
 /// Radiance RGBE: run-length coded component by component, texel by texel as before 1991, or not at all.
 class RadianceSource final : public ImageSource {
   public:
-    RadianceSource(fs::path file, std::ifstream in, const RadianceHeader& header)
-        : ImageSource(header.width, header.height, 1, false, source_of(header)),
+    RadianceSource(fs::path file, std::ifstream in, const RadianceHeader& header, bool coded)
+        : ImageSource(header.width, header.height, 1, false, source_of(header, coded)),
           file_(std::move(file)),
           header_(header),
           bytes_(file_, std::move(in)) {
@@ -325,7 +343,9 @@ std::unique_ptr<ImageSource> open_radiance(const fs::path& file, const ReadOptio
     text.resize(static_cast<std::size_t>(in.gcount()));
     const RadianceHeader header = HeaderParser(file, text).parse();
     check_size(file, header.width, header.height, options.limits);
-    return std::make_unique<RadianceSource>(file, std::move(in), header);
+    const bool coded = has_coded_rows(header, std::string_view(text).substr(header.size));
+    check_length(file, header, coded);
+    return std::make_unique<RadianceSource>(file, std::move(in), header, coded);
 }
 
 }  // namespace clerestory
