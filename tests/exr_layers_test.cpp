@@ -146,6 +146,8 @@ TEST(ExrLayerRequest, NamesALayerInAnyCaseByItsWholeNameOrItsEnd) {
               "map.exr: has no layer sky; its channels belong to none, and --layer is not needed");
     EXPECT_EQ(choice({part(together({layer("A.Sky"), layer("B.Sky")}))}, {"sky", {}}),
               "map.exr: sky could be A.Sky, B.Sky; give --layer the whole name");
+    EXPECT_EQ(choice({part({"B", "G", "R"}, "A.Sky"), part({"B", "G", "R"}, "B.Sky")}, {"sky", {}}),
+              "map.exr: sky could be A.Sky, B.Sky; give --layer the whole name");
 }
 
 TEST(ExrLayerRequest, NumbersAPart) {

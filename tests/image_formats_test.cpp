@@ -388,6 +388,8 @@ TEST_F(ImageFormats, WhatARadianceHeaderSaysOfItsValuesIsSaid) {
     EXPECT_THAT(noted("EXPOSURE=2\nEXPOSURE= 2.0\n"), ElementsAre("exposure"));
     EXPECT_THAT(read("map.hdr").source.notes[0].text, HasSubstr("multiplied by 4 (EXPOSURE)"));
     EXPECT_THAT(read("map.hdr").source.notes[0].text, HasSubstr("--scale 0.25"));
+    EXPECT_THAT(noted("EXPOSURE=0\n"), ElementsAre("exposure"));
+    EXPECT_THAT(read("map.hdr").source.notes[0].text, testing::Not(HasSubstr("--scale")));
     EXPECT_THAT(noted("EXPOSURE=1\nGAMMA=1.0\nCOLORCORR=1 1 1\nPIXASPECT=1\nVIEW= -vta\n"), IsEmpty());
     EXPECT_THAT(noted("COLORCORR= 1 2 3\n"), ElementsAre("colour_correction"));
     EXPECT_THAT(noted("GAMMA=2.2\n"), ElementsAre("gamma"));

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/text_escape.hpp"
-#include "error.hpp"
+#include "map/image_source.hpp"
 
 namespace clerestory {
 namespace {
@@ -126,28 +126,27 @@ class Chooser {
         for (const auto as_kind : {as_rgb, as_chroma, as_luminance}) {
             if (auto chosen = choose_of(layers, as_kind)) return *chosen;
         }
-        throw refused(fmt::format(
-            "has no R, G, B and no luminance Y that could light, only {}; {}", listed(all_channels()),
-            layers_.size() > 1 ? "--layer NAME lights with a layer of your choice" : "write the map with R, G and B"));
+        throw refused(file_, fmt::format("has no R, G, B and no luminance Y that could light, only {}; {}",
+                                         listed(all_channels()),
+                                         layers_.size() > 1 ? "--layer NAME lights with a layer of your choice"
+                                                            : "write the map with R, G and B"));
     }
 
   private:
-    [[nodiscard]] InputError refused(const std::string& what) const {
-        return InputError(fmt::format("{}: {}", file_.string(), what));
-    }
-
     void check_parts() const {
         if (std::none_of(parts_.begin(), parts_.end(), [](const ExrPart& part) { return part.flat; })) {
-            throw refused("holds deep samples only; flatten it to an image first");
+            throw refused(file_, "holds deep samples only; flatten it to an image first");
         }
         if (!request_.part) return;
         const auto count = static_cast<int>(parts_.size());
         if (*request_.part < 0 || *request_.part >= count) {
-            throw refused(count == 1 ? fmt::format("has no part {}, only part 0", *request_.part)
+            throw refused(file_, count == 1
+                                     ? fmt::format("has no part {}, only part 0", *request_.part)
                                      : fmt::format("has no part {}; its parts are 0 to {}", *request_.part, count - 1));
         }
         if (!parts_[static_cast<std::size_t>(*request_.part)].flat) {
-            throw refused(fmt::format("part {} holds deep samples; flatten it first, or choose another with --part",
+            throw refused(file_,
+                          fmt::format("part {} holds deep samples; flatten it first, or choose another with --part",
                                       *request_.part));
         }
     }
@@ -211,8 +210,8 @@ class Chooser {
         const auto elsewhere = std::find_if(able.begin(), able.end(), [&](const Layer& l) { return l.part != part; });
         const std::vector<Layer> first_part(able.begin(), elsewhere);
         if (first_part.size() > 1) {
-            throw refused(
-                fmt::format("several layers could light ({}); choose one with --layer NAME", titles_of(first_part)));
+            throw refused(file_, fmt::format("several layers could light ({}); choose one with --layer NAME",
+                                             titles_of(first_part)));
         }
         std::optional<ChosenLayer> chosen = as_kind(first_part.front());
         std::transform(elsewhere, able.end(), std::back_inserter(chosen->passed_over), title_of);
@@ -230,18 +229,18 @@ class Chooser {
         collect([&](const std::string& title) { return title == wanted; });
         collect([&](const std::string& title) { return title.ends_with("." + wanted); });
         if (found.empty()) {
-            throw refused(fmt::format("has no layer {}; {}", one_line(request_.layer), what_there_is()));
+            throw refused(file_, fmt::format("has no layer {}; {}", one_line(request_.layer), what_there_is()));
         }
-        const auto other = [&](const Layer& layer) { return layer.name != found.front().name; };
+        const auto other = [&](const Layer& layer) { return lower(layer.title) != lower(found.front().title); };
         if (std::any_of(found.begin(), found.end(), other)) {
-            throw refused(
-                fmt::format("{} could be {}; give --layer the whole name", one_line(request_.layer), titles_of(found)));
+            throw refused(file_, fmt::format("{} could be {}; give --layer the whole name", one_line(request_.layer),
+                                             titles_of(found)));
         }
         for (const Layer& layer : found) {
             if (auto chosen = as_any(layer)) return *chosen;
         }
-        throw refused(fmt::format("layer {} cannot light: it has {} and no R, G, B or Y", one_line(request_.layer),
-                                  listed(found.front().channels)));
+        throw refused(file_, fmt::format("layer {} cannot light: it has {} and no R, G, B or Y",
+                                         one_line(request_.layer), listed(found.front().channels)));
     }
 
     [[nodiscard]] std::string what_there_is() const {

@@ -13,16 +13,20 @@ std::string text_of(const Window& window) {
     return fmt::format("{} x {} at ({}, {})", window.width, window.height, window.x, window.y);
 }
 
-/// The part of [begin, begin + size) that lies in [other, other + other_size), as begin and end.
-std::pair<std::int64_t, std::int64_t> common(std::int64_t begin, std::size_t size, std::int64_t other,
-                                             std::size_t other_size) {
-    const std::int64_t end =
-        std::min(begin + static_cast<std::int64_t>(size), other + static_cast<std::int64_t>(other_size));
-    const std::int64_t start = std::max(begin, other);
-    return {start, std::max(start, end)};
+/// What two windows have in common; no width or no height where that is nothing.
+Window common(const Window& a, const Window& b) {
+    const auto size = [](std::int64_t begin, std::int64_t end) {
+        return static_cast<std::size_t>(std::max(begin, end) - begin);
+    };
+    const auto end = [](std::int64_t begin, std::size_t length) { return begin + static_cast<std::int64_t>(length); };
+    const std::int64_t x = std::max(a.x, b.x);
+    const std::int64_t y = std::max(a.y, b.y);
+    return {x, y, size(x, std::min(end(a.x, a.width), end(b.x, b.width))),
+            size(y, std::min(end(a.y, a.height), end(b.y, b.height)))};
 }
 
-MapSource placed_description(const ImageSource& source, const Window& data, const Window& display, bool covered) {
+MapSource placed_description(const ImageSource& source, const Window& data, const Window& display) {
+    const bool covered = common(data, display) == display;
     MapSource all = source.described();
     all.plain = false;
     all.notes.push_back({"cropped", fmt::format("holds {} of a picture of {}{}", text_of(data), text_of(display),
@@ -34,16 +38,15 @@ class PlacedSource final : public ImageSource {
   public:
     PlacedSource(std::unique_ptr<ImageSource> source, const Window& data, const Window& display)
         : ImageSource(display.width, display.height, source->chunk_rows(), source->has_alpha(),
-                      placed_description(*source, data, display, covers(data, display))),
+                      placed_description(*source, data, display)),
           source_(std::move(source)) {
-        const auto [left, right] = common(display.x, display.width, data.x, data.width);
-        const auto [top, bottom] = common(display.y, display.height, data.y, data.height);
-        to_column_ = static_cast<std::size_t>(left - display.x);
-        from_column_ = static_cast<std::size_t>(left - data.x);
-        columns_ = static_cast<std::size_t>(right - left);
-        to_row_ = static_cast<std::size_t>(top - display.y);
-        from_row_ = static_cast<std::size_t>(top - data.y);
-        rows_ = static_cast<std::size_t>(bottom - top);
+        const Window shown = common(data, display);
+        to_column_ = static_cast<std::size_t>(shown.x - display.x);
+        from_column_ = static_cast<std::size_t>(shown.x - data.x);
+        columns_ = shown.width;
+        to_row_ = static_cast<std::size_t>(shown.y - display.y);
+        from_row_ = static_cast<std::size_t>(shown.y - data.y);
+        rows_ = shown.height;
         if (source_->is_cube()) mark_cube();
     }
 
@@ -71,13 +74,6 @@ class PlacedSource final : public ImageSource {
 
   private:
     static constexpr std::size_t MOST_ROWS = 256;
-
-    static bool covers(const Window& data, const Window& display) {
-        return common(display.x, display.width, data.x, data.width) ==
-                   std::pair{display.x, display.x + static_cast<std::int64_t>(display.width)} &&
-               common(display.y, display.height, data.y, data.height) ==
-                   std::pair{display.y, display.y + static_cast<std::int64_t>(display.height)};
-    }
 
     void read_block(std::size_t begin, std::size_t end, bool with_alpha) {
         const std::size_t texels = (end - begin) * source_->width();
@@ -113,9 +109,8 @@ std::unique_ptr<ImageSource> placed(const std::filesystem::path& file, std::uniq
                                     const Window& data, const Window& display, const ReadLimits& limits) {
     if (data == display) return source;
     check_size(file, display.width, display.height, limits);
-    const auto [left, right] = common(display.x, display.width, data.x, data.width);
-    const auto [top, bottom] = common(display.y, display.height, data.y, data.height);
-    if (left == right || top == bottom) {
+    const Window shown = common(data, display);
+    if (shown.width == 0 || shown.height == 0) {
         throw refused(file, fmt::format("its texels ({}) lie outside its display window ({}), so that nothing would "
                                         "light; set the display window anew",
                                         text_of(data), text_of(display)));

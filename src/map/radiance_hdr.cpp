@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -145,9 +143,12 @@ class HeaderParser {
 std::vector<MapNote> notes_of(const RadianceHeader& header) {
     std::vector<MapNote> notes;
     if (header.exposure != 1) {
-        notes.push_back({"exposure", fmt::format("its values were multiplied by {:g} (EXPOSURE), which stays in them; "
-                                                 "--scale {:g} undoes it",
-                                                 header.exposure, 1 / header.exposure)});
+        // No scale undoes an exposure of 0.
+        const double undoing = 1 / header.exposure;
+        notes.push_back(
+            {"exposure",
+             fmt::format("its values were multiplied by {:g} (EXPOSURE), which stays in them{}", header.exposure,
+                         std::isfinite(undoing) ? fmt::format("; --scale {:g} undoes it", undoing) : "")});
     }
     if (header.correction != std::array<double, 3>{1, 1, 1}) {
         notes.push_back(
