@@ -391,16 +391,5 @@ TEST(Reproduce, PowerLawAndItsIntervalAreThoseOfLeastSquares) {
     EXPECT_NEAR(student_95(78), 1.990847, 1e-6);
 }
 
-TEST(Reproduce, BytesAndWordsAreWrittenAsOthersReadThem) {
-    EXPECT_EQ(base64(""), "");
-    EXPECT_EQ(base64("f"), "Zg==");  // RFC 4648's own examples
-    EXPECT_EQ(base64("fo"), "Zm8=");
-    EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
-    EXPECT_EQ(base64(std::string("\xff\x00\xfe", 3)), "/wD+");
-    EXPECT_EQ(shell_word("maps/a-1.exr"), "maps/a-1.exr");
-    EXPECT_EQ(shell_word("it's here"), "'it'\\''s here'");
-    EXPECT_EQ(shell_word(""), "''");
-}
-
 }  // namespace
 }  // namespace clerestory::test

@@ -135,7 +135,31 @@ TEST(SceneExport, NamesAreQuotedAsEachFormatAsks) {
     ExportedScene scene;
     scene.map = "a \"b\" & <c>.exr";
     EXPECT_NE(scene_text(SceneFormat::mitsuba, scene).find("a &quot;b&quot; &amp; &lt;c&gt;.exr"), std::string::npos);
-    EXPECT_NE(scene_text(SceneFormat::pbrt, scene).find(R"("a \"b\" & <c>.exr")"), std::string::npos);
+    EXPECT_NE(scene_text(SceneFormat::pbrt, scene).find(R"(_equiarea.exr 'a "b" & <c>.exr')"), std::string::npos);
+    scene.stem = R"(a "b" \)";
+    EXPECT_NE(scene_text(SceneFormat::pbrt, scene).find(R"("string filename" "a \"b\" \\_equiarea.exr")"),
+              std::string::npos);
+}
+
+TEST(SceneExport, ANameIsNothingThatASceneOrAShellWouldObey) {
+    ExportedScene scene;
+    scene.map = "-$(touch proof)\nWorldEnd.exr";
+    scene.stem = "s\nShape \"disk\"\t";
+    const std::string pbrt = scene_text(SceneFormat::pbrt, scene);
+    EXPECT_NE(pbrt.find(R"(--outfile $'s\012Shape "disk"\011_equiarea.exr' $'./-$(touch proof)\012WorldEnd.exr')"
+                        "\n"),
+              std::string::npos)
+        << pbrt;
+    EXPECT_NE(pbrt.find(R"("s\nShape \"disk\"\t_equiarea.exr")"), std::string::npos) << pbrt;
+    EXPECT_EQ(pbrt.find("\nWorldEnd"), std::string::npos);
+    EXPECT_EQ(pbrt.find("\nShape \"disk"), std::string::npos);
+    const std::string xml = scene_text(SceneFormat::mitsuba, scene);
+    EXPECT_NE(xml.find("value=\"-$(touch proof)&#10;WorldEnd.exr\""), std::string::npos) << xml;
+    for (const char* name : {"a\033.exr", "a\x7f.exr", "a\xff.exr", "a\xc2\x9b.exr"}) {
+        scene.map = name;
+        EXPECT_THROW(scene_text(SceneFormat::mitsuba, scene), OutputError) << name;
+        EXPECT_NO_THROW(scene_text(SceneFormat::pbrt, scene)) << name;
+    }
 }
 
 TEST(SceneExport, RenderWritesTheScenesBesideItsPicture) {

@@ -58,9 +58,9 @@ class Mistakes {
     }
     void add(const toml::node& node, const std::string& what) { add(place_of(node.source()), what); }
     void throw_if_any() const {
-        std::string all;
-        for (const auto& [place, line] : lines_) all += (all.empty() ? "" : "\n") + line;
-        if (!all.empty()) throw InputError(all);
+        std::vector<std::string> lines;
+        for (const auto& [place, line] : lines_) lines.push_back(line);
+        if (!lines.empty()) throw InputError(lines);
     }
 
   private:
@@ -385,7 +385,7 @@ std::string text_of(const fs::path& file) {
 }  // namespace
 
 std::string located(const fs::path& file, const Place& place, const std::string& what) {
-    return one_line(fmt::format("{}:{}:{}: {}", file.string(), place.line, place.column, what));
+    return fmt::format("{}:{}:{}: {}", file.string(), place.line, place.column, what);
 }
 
 JobFile read_job_file(const fs::path& file, std::uint64_t default_seed) {

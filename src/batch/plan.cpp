@@ -70,7 +70,7 @@ class Planner {
         for (const JobEntry& entry : jobs_.jobs) add_entry(entry);
         for (const auto& [key, map] : maps_) keep(map->file, "a map of this batch");
         if (mistakes_.empty()) check_files_are_kept();
-        if (!mistakes_.empty()) throw InputError(fmt::format("{}", fmt::join(mistakes_, "\n")));
+        if (!mistakes_.empty()) throw InputError(mistakes_);
         Plan plan{jobs_.file, {}, sorted_jobs()};
         add_costs(plan.jobs);
         plan.digest = digest_of_plan(plan.jobs);

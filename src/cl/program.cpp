@@ -98,11 +98,13 @@ cl::Program program_by_source(const Device& device, std::string_view file, const
         if (binaries.size() == 1) device.program_cache().store(key, binaries.front());
         return program;
     } catch (const cl::BuildError& error) {
-        std::string log;
-        for (const auto& [unused, text] : error.getBuildLog()) log += text;
-        log.resize(log.find_last_not_of('\n') + 1);
-        throw DeviceError(fmt::format("building kernels/{} on {} failed: {}\n{}", file, device.info().name,
-                                      error_name(error.err()), log));
+        std::vector<std::string> lines = {
+            fmt::format("building kernels/{} on {} failed: {}", file, device.info().name, error_name(error.err()))};
+        for (const auto& [unused, log] : error.getBuildLog()) {
+            std::istringstream text(log);
+            for (std::string line; std::getline(text, line);) lines.push_back(line);
+        }
+        throw DeviceError(lines);
     } catch (const cl::Error& error) {
         throw DeviceError(fmt::format("building kernels/{} on {} failed in {}: {}", file, device.info().name,
                                       error.what(), error_name(error.err())));

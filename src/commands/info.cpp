@@ -46,7 +46,7 @@ std::string source_text(const nlohmann::json& source) {
 }
 
 void print(const MapFacts& facts, const nlohmann::json& report) {
-    fmt::print("map              {}\n", report["file"].get<std::string>());
+    fmt::print("map              {}\n", one_line(report["file"].get<std::string>()));
     fmt::print("lit by           {}\n", source_text(report["source"]));
     fmt::print("size             {} x {}\n", report["width"].get<std::size_t>(), report["height"].get<std::size_t>());
     fmt::print("integral Phi     {:.9g}\n", facts.phi);

@@ -43,10 +43,10 @@ struct StudyCommand {
 
 std::string command_line(const StudyCommand& command) {
     std::string line = "clerestory study";
-    if (!command.map.file.empty()) line += " " + shell_word(command.map.file);
+    if (!command.map.file.empty()) line += " " + shell_path(command.map.file);
     for (const std::string& word : reading_flags(command.map)) line += " " + shell_word(word);
     if (command.map.rotate_y != 0) line += fmt::format(" --rotate-y {}", command.map.rotate_y);
-    return line + " -o " + shell_word(command.folder);
+    return line + " -o " + shell_path(command.folder);
 }
 
 nlohmann::json provenance(const StudyCommand& command, const Scene& scene, const Device& device) {

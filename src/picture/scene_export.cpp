@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include "base/named_values.hpp"
 #include "base/text_escape.hpp"
+#include "error.hpp"
 
 namespace clerestory {
 namespace {
@@ -18,14 +20,32 @@ const NamedValues<SceneFormat>& formats() {
     return all;
 }
 
-/// pbrt's strings: quotes, backslashes and line ends are escaped.
-std::string quoted(const std::string& text) {
+/// pbrt's strings: quotes, backslashes and the controls that have a letter are escaped; all else stands for itself.
+std::string pbrt_string(std::string_view text) {
     std::string out = "\"";
     for (const char c : text) {
-        if (c == '"' || c == '\\') out += '\\';
-        out += c == '\n' ? std::string("\\n") : std::string(1, c);
+        constexpr std::string_view CONTROLS = "\b\f\n\r\t";
+        constexpr std::string_view LETTERS = "bfnrt";
+        const std::size_t control = CONTROLS.find(c);
+        if (c == '"' || c == '\\' || control != std::string_view::npos) out += '\\';
+        out += control != std::string_view::npos ? LETTERS[control] : c;
     }
     return out + '"';
+}
+
+/// A file's name as an attribute of XML, which would read line ends and tabs as blanks and has no other controls at
+/// all.
+std::string xml_attribute(const std::filesystem::path& file) {
+    std::string out;
+    for (const char c : escaped(file.string())) {
+        const bool is_blank = c == '\n' || c == '\r' || c == '\t';
+        out += is_blank ? fmt::format("&#{};", static_cast<int>(c)) : std::string(1, c);
+    }
+    if (one_line(out) == out) return out;
+    throw OutputError(
+        fmt::format("{}: has control characters or bytes that are no UTF-8 in its name, which a scene of Mitsuba "
+                    "cannot hold; give the map another name",
+                    file.string()));
 }
 
 /// The 4 x 4 matrix of a 3 x 3 one, row by row or column by column.
@@ -50,9 +70,9 @@ std::string pbrt_text(const ExportedScene& scene) {
     const std::string map = scene.stem + "_equiarea.exr";
     return fmt::format(
         R"(# A diffuse sphere lit by a map, for pbrt-v4. First, once, the map as pbrt wants it:
-#   imgtool makeequiarea --outfile {map_q} {source_q}
+#   imgtool makeequiarea --outfile {map_word} {source_word}
 Option "disablepixeljitter" true
-Film "rgb" "string filename" {picture_q} "integer xresolution" {size} "integer yresolution" {size} "bool savefp16" false
+Film "rgb" "string filename" {picture_string} "integer xresolution" {size} "integer yresolution" {size} "bool savefp16" false
 PixelFilter "box"
 Sampler "zsobol" "integer pixelsamples" {samples}
 Integrator "path" "integer maxdepth" 1
@@ -64,14 +84,14 @@ WorldBegin
 AttributeBegin
   # from the map's own frame (+z up) to the world (+y up), column by column
   Transform [ {matrix} ]
-  LightSource "infinite" "string filename" {map_q} "float scale" {scale}
+  LightSource "infinite" "string filename" {map_string} "float scale" {scale}
 AttributeEnd
 Material "diffuse" "rgb reflectance" [ {albedo} {albedo} {albedo} ]
 Shape "sphere" "float radius" 1
 )",
-        fmt::arg("map_q", quoted(map)), fmt::arg("source_q", quoted(scene.map.string())),
-        fmt::arg("picture_q", quoted(scene.stem + "_pbrt.exr")), fmt::arg("size", scene.size),
-        fmt::arg("samples", scene.samples),
+        fmt::arg("map_word", shell_path(map)), fmt::arg("source_word", shell_path(scene.map)),
+        fmt::arg("map_string", pbrt_string(map)), fmt::arg("picture_string", pbrt_string(scene.stem + "_pbrt.exr")),
+        fmt::arg("size", scene.size), fmt::arg("samples", scene.samples),
         fmt::arg("matrix", numbers_of(map_to_world(SceneFormat::pbrt, scene.flip_y, scene.rotate_y_deg), false)),
         fmt::arg("scale", scene.scale), fmt::arg("albedo", scene.albedo));
 }
@@ -117,7 +137,7 @@ std::string mitsuba_text(const ExportedScene& scene) {
     </shape>
 </scene>
 )",
-        fmt::arg("samples", scene.samples), fmt::arg("size", scene.size), fmt::arg("map", escaped(scene.map.string())),
+        fmt::arg("samples", scene.samples), fmt::arg("size", scene.size), fmt::arg("map", xml_attribute(scene.map)),
         fmt::arg("scale", scene.scale),
         fmt::arg("matrix", numbers_of(map_to_world(SceneFormat::mitsuba, scene.flip_y, scene.rotate_y_deg), true)),
         fmt::arg("albedo", scene.albedo));
