@@ -19,6 +19,8 @@
 #include "base/available_memory.hpp"
 #include "base/clock.hpp"
 #include "base/json_text.hpp"
+#include "base/standard_streams.hpp"
+#include "base/text_escape.hpp"
 #include "batch/job_file.hpp"
 #include "batch/plan.hpp"
 #include "batch/report.hpp"
@@ -115,10 +117,10 @@ class BatchProgress {
     void line(const std::string& text, bool always) {
         if (common_.quiet && !always) return;
         clear();
-        fmt::print(stderr, "{}\n", text);
+        print_to_stderr(one_line(text) + "\n");
     }
     void clear() {
-        if (std::exchange(drawn_, false)) fmt::print(stderr, "\r\033[K");
+        if (std::exchange(drawn_, false)) print_to_stderr("\r\033[K");
     }
 
   private:
@@ -135,8 +137,7 @@ class BatchProgress {
                                 duration(cost_left_ * elapsed / cost_done_));
         }
         if (failed_ > 0) text += fmt::format("  {} failed", failed_);
-        fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : "", text, terminal_ ? "" : "\n");
-        std::fflush(stderr);
+        print_to_stderr(fmt::format("{}{}{}", terminal_ ? "\r\033[K" : "", text, terminal_ ? "" : "\n"));
         drawn_ = terminal_;
     }
 
@@ -186,7 +187,8 @@ void list_plan(const BatchCommand& command, const Plan& plan, const Shard& shard
     for (const Job& job : jobs) {
         constexpr double NANOSECONDS = 1e9;
         fmt::print("{:>6}  {:>8.3f} s  {:>8}  {}{}\n", job.index, static_cast<double>(job.cost_ns) / NANOSECONDS,
-                   format_bytes(static_cast<double>(job.memory_bytes)), fmt::join(job.outputs, " "),
+                   format_bytes(static_cast<double>(job.memory_bytes)),
+                   one_line(fmt::format("{}", fmt::join(job.outputs, " "))),
                    job.map->width == 0 ? "  (its map cannot be read)" : "");
     }
     constexpr double CORES_OF_ESTIMATE = 2;

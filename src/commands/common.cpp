@@ -14,6 +14,8 @@
 #include "base/durable.hpp"
 #include "base/json_text.hpp"
 #include "base/output_check.hpp"
+#include "base/standard_streams.hpp"
+#include "base/text_escape.hpp"
 #include "commands/caches.hpp"
 #include "commands/validators.hpp"
 #include "error.hpp"
@@ -82,6 +84,7 @@ void emit_json(const Common& common, const nlohmann::json& report) {
     if (common.json.empty()) return;
     const std::string text = json_text(report);
     if (common.json != "-") {
+        std::fflush(stdout);  // the file may be what stdout is
         write_text(common.json, text);
         return;
     }
@@ -91,20 +94,20 @@ void emit_json(const Common& common, const nlohmann::json& report) {
 }
 
 void say(const Common& common, const std::string& line) {
-    if (!common.quiet) fmt::print(stderr, "{}\n", line);
+    if (!common.quiet) print_to_stderr(one_line(line) + "\n");
 }
 
 void detail(const Common& common, const std::string& line) {
-    if (common.verbose) fmt::print(stderr, "{}\n", line);
+    if (common.verbose) print_to_stderr(one_line(line) + "\n");
 }
 
-void warn(const Common& /*common*/, const std::string& line) { fmt::print(stderr, "warning: {}\n", line); }
+void warn(const Common& /*common*/, const std::string& line) { print_to_stderr("warning: " + one_line(line) + "\n"); }
 
 Progress::Progress(const Common& common, std::string title)
     : title_(std::move(title)), shown_(!common.quiet && isatty(STDERR_FILENO) == 1), started_(seconds_now()) {}
 
 Progress::~Progress() {
-    if (dirty_) fmt::print(stderr, "\r\033[K");
+    if (dirty_) print_to_stderr("\r\033[K");
 }
 
 void Progress::update(double done, double total) {
@@ -118,9 +121,8 @@ void Progress::update(double done, double total) {
     const double share = std::clamp(done / total, 0.0, 1.0);
     const auto filled = static_cast<std::size_t>(share * WIDTH);
     const double left = share > 0 ? (now - started_) * (1 - share) / share : 0;
-    fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %  {:.0f} s left", title_, std::string(filled, '#'),
-               std::string(WIDTH - filled, ' '), 100 * share, left);
-    std::fflush(stderr);
+    print_to_stderr(fmt::format("\r\033[K{} [{}{}] {:3.0f} %  {:.0f} s left", title_, std::string(filled, '#'),
+                                std::string(WIDTH - filled, ' '), 100 * share, left));
 }
 
 }  // namespace clerestory::commands
