@@ -1,5 +1,8 @@
 # What `cmake --install` puts where. Two components, a Debian package each: `clerestory` runs, `dev` builds other programs.
 include(CMakePackageConfigHelpers)
+# Whatever the umask: in folders that a group may write to, programs compiled ahead would not be used (src/base/trust.hpp).
+set(CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/clerestory)
 
 install(TARGETS clerestory RUNTIME COMPONENT clerestory)

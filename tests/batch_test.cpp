@@ -417,11 +417,24 @@ TEST_F(Batch, ADeviceThatCannotBeOpenedFailsEveryJob) {
     EXPECT_EQ(run(jobs_, "out", {"--device", "first"}).exit_code, 2);
 }
 
+/// Leaves PoCL what its cache holds and no room for more: it keeps a program in a folder that two letters of A to P
+/// name, and now a file stands in the place of each other one.
+void block_pocl_cache(const fs::path& cache) {
+    fs::create_directories(cache);
+    for (char a = 'A'; a <= 'P'; ++a) {
+        for (char b = 'A'; b <= 'P'; ++b) {
+            const fs::path place = cache / (std::string{a} + b);
+            if (!fs::exists(place)) write_raw(place, "");
+        }
+    }
+}
+
 TEST_F(Batch, ADeviceThatFailsToBuildFailsEveryJob) {
     // PoCL has nowhere to put its kernels, and no program is kept from before.
-    const ProgramResult result =
-        run(jobs_, "out", {},
-            {.environment = {{"POCL_CACHE_DIR", "/dev/full"}, {"CLERESTORY_CACHE_DIR", folder_.file("cache")}}});
+    block_pocl_cache(folder_.path() / "pocl");
+    const ProgramResult result = run(
+        jobs_, "out", {},
+        {.environment = {{"POCL_CACHE_DIR", folder_.file("pocl")}, {"CLERESTORY_CACHE_DIR", folder_.file("cache")}}});
     EXPECT_EQ(result.exit_code, 4) << result.err;
     const json said = report("out/batch.json");
     EXPECT_EQ(said["counts"]["failed"], 24);
@@ -430,8 +443,7 @@ TEST_F(Batch, ADeviceThatFailsToBuildFailsEveryJob) {
 }
 
 TEST_F(Batch, AKernelThatCannotBeBuiltFailsOnlyTheJobsThatNeedIt) {
-    // PoCL has what `exact` needs in its cache, and no room for more: it keeps a program in a folder that two letters
-    // of A to P name, and here a file stands in the place of each other one. `shared` needs two programs more.
+    // PoCL has what `exact` needs in its cache, and no room for more. `shared` needs two programs more.
     const fs::path kept = folder_.path() / "pocl";
     // The device has been asked for known answers already: that takes every kernel.
     fs::create_directories(folder_.path() / "answers");
@@ -454,12 +466,7 @@ TEST_F(Batch, AKernelThatCannotBeBuiltFailsOnlyTheJobsThatNeedIt) {
              .meanwhile = {}});
     };
     ASSERT_EQ(run_in_cache("\"exact\"", "whole", "first").exit_code, 0);
-    for (char a = 'A'; a <= 'P'; ++a) {
-        for (char b = 'A'; b <= 'P'; ++b) {
-            const fs::path place = kept / (std::string{a} + b);
-            if (!fs::exists(place)) write_raw(place, "");
-        }
-    }
+    block_pocl_cache(kept);
 
     const ProgramResult some = run_in_cache("\"shared\", \"exact\"", "out", "second");
     EXPECT_EQ(some.exit_code, 1) << some.err;

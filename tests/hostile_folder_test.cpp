@@ -2,12 +2,8 @@
 // name that it might look for, and none of them may be opened.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/inotify.h>
-#include <unistd.h>
 
-#include <array>
 #include <cstddef>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -15,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "folder_watch.hpp"
 #include "image_files.hpp"
+#include "other_user.hpp"
 #include "run_program.hpp"
 
 namespace clerestory::test {
@@ -24,47 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-/// Tells which files of a folder have been opened since it was made.
-class Watch {
-  public:
-    explicit Watch(const fs::path& folder) : fd_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
-        add(folder);
-        for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-            if (entry.is_directory()) add(entry.path());
-        }
-    }
-    Watch(const Watch&) = delete;
-    Watch& operator=(const Watch&) = delete;
-    ~Watch() { ::close(fd_); }
-
-    /// Files alone: to look whether a folder holds something is no harm.
-    [[nodiscard]] std::vector<std::string> opened() const {
-        std::vector<std::string> names;
-        alignas(inotify_event) std::array<char, 1 << 16> events{};
-        for (ssize_t size = 0; (size = ::read(fd_, events.data(), events.size())) > 0;) {
-            for (std::size_t at = 0; at < static_cast<std::size_t>(size);) {
-                inotify_event event{};
-                std::memcpy(&event, events.data() + at, sizeof event);
-                if ((event.mask & IN_ISDIR) == 0 && event.len > 0) {
-                    names.push_back(folders_.at(event.wd) / (events.data() + at + sizeof event));
-                }
-                at += sizeof event + event.len;
-            }
-        }
-        return names;
-    }
-
-  private:
-    void add(const fs::path& folder) {
-        const int watch = inotify_add_watch(fd_, folder.c_str(), IN_OPEN);
-        if (watch < 0) throw std::runtime_error("cannot watch " + folder.string());
-        folders_[watch] = folder;
-    }
-
-    int fd_;
-    std::map<int, fs::path> folders_;
-};
 
 class HostileFolder : public ::testing::Test {
   protected:
@@ -123,7 +80,7 @@ class HostileFolder : public ::testing::Test {
         ProgramResult last;
         for (const fs::path& folder : {hostile_, hostile_ / "bin"}) {
             fs::remove_all(folder_.path() / "cache");
-            const Watch watch(hostile_);
+            const FolderWatch watch(hostile_);
             last = run(path, arguments, folder, variables);
             EXPECT_THAT(watch.opened(), IsEmpty()) << "started in " << folder;
             EXPECT_FALSE(fs::exists(proof_)) << last.err;
@@ -182,6 +139,26 @@ TEST_F(HostileFolder, AProgramWithoutItsModuleTakesNoOther) {
     const ProgramResult exr = run_among_enemies(path, {"info", folder_.file("map.exr")});
     EXPECT_EQ(exr.exit_code, 0) << exr.err;
     EXPECT_THAT(exr.out, HasSubstr("8 x 4"));
+}
+
+/// A copy in a folder that everybody may put something into, as /tmp is.
+TEST_F(HostileFolder, AModuleThatOthersCouldHavePutBesideTheProgramIsNotLoaded) {
+    const fs::path folder = lonely_copy();
+    const fs::path module = folder / "clerestory_oiio.so";
+    fs::copy_file(CLERESTORY_HOSTILE_MODULE, module);
+    const auto expect_refusal = [&](const std::string& why) {
+        const ProgramResult tiff = run(folder.string() + ":" + system_, {"info", folder_.file("map.tif")}, folder);
+        EXPECT_EQ(tiff.exit_code, 3) << tiff.err;
+        EXPECT_THAT(tiff.err, HasSubstr(why));
+        EXPECT_FALSE(fs::exists(proof_)) << why;
+    };
+    fs::permissions(module, fs::perms(0666));
+    expect_refusal("others can write to it");
+    if (!OtherUser::is_at_hand()) return;
+    fs::permissions(module, fs::perms(0644));
+    fs::permissions(folder, fs::perms(01777));
+    OtherUser::give(module);
+    expect_refusal("it belongs to user 65534");
 }
 
 TEST_F(HostileFolder, GnuplotIsThatOfPathsAbsoluteFolders) {

@@ -1,13 +1,16 @@
 // An installed tree works wherever it is moved, and builds other programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
+#include "folder_watch.hpp"
 #include "image.hpp"
+#include "other_user.hpp"
 #include "run_program.hpp"
 
 namespace clerestory::test {
@@ -45,11 +48,50 @@ TEST_F(Install, TheMovedProgramFindsItsMaps) {
 }
 
 TEST_F(Install, TheMovedProgramFindsItsModule) {
-    const std::string ppm = folder_->file("map.ppm");
-    std::ofstream(ppm, std::ios::binary) << "P6 2 1 255\n" << std::string(6, '\0');
-    const ProgramResult result = run_command({tree() / "bin/clerestory", "info", ppm}, from_empty_folder());
+    const std::string png = folder_->file("map.png");
+    write_png(png, 2, 1, 3, std::vector<unsigned char>(6, 7).data());
+    const ProgramResult result = run_command({tree() / "bin/clerestory", "info", png}, from_empty_folder());
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(result.out, testing::HasSubstr("2 x 1"));
+}
+
+/// Started by its bare name where somebody has laid out an installation of his own, with a module that leaves a proof.
+TEST_F(Install, TheMovedProgramTakesNothingFromTheCurrentFolder) {
+    const fs::path hostile = folder_->path() / "hostile";
+    for (const char* home : {"", "clerestory", "lib/clerestory", CLERESTORY_LIB_FOLDER "/clerestory", "bin"}) {
+        fs::create_directories(hostile / home / "programs");
+        fs::copy_file(CLERESTORY_HOSTILE_MODULE, hostile / home / "clerestory_oiio.so",
+                      fs::copy_options::overwrite_existing);
+        const fs::path programs = tree() / CLERESTORY_LIB_FOLDER / "clerestory/programs";
+        if (fs::exists(programs)) fs::copy(programs, hostile / home / "programs", fs::copy_options::overwrite_existing);
+    }
+    write_png(folder_->path() / "map.png", 2, 1, 3, std::vector<unsigned char>(6, 7).data());
+    const FolderWatch watch(hostile);
+    const std::string path = "PATH=" + (tree() / "bin").string() + ":/usr/bin:/bin";
+    const ProgramResult result = run_command({"env", path, "clerestory", "info", folder_->file("map.png")},
+                                             {.environment = {{"CLERESTORY_HOSTILE_PROOF", folder_->file("proof")},
+                                                              {"CLERESTORY_CACHE_DIR", folder_->file("cache")}},
+                                              .folder = hostile});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(watch.opened(), testing::IsEmpty());
+    EXPECT_FALSE(fs::exists(folder_->path() / "proof"));
+}
+
+TEST_F(Install, NobodyElsesProgramsAreRunThoughTheyLieBesideOurs) {
+    const fs::path programs = tree() / CLERESTORY_LIB_FOLDER / "clerestory/programs";
+    if (!fs::exists(programs)) GTEST_SKIP() << "built without programs compiled ahead";
+    if (!OtherUser::is_at_hand()) GTEST_SKIP() << "takes root to give files to another user";
+    const auto kept = [](const std::string& cache) {
+        const ProgramResult result = run_command(
+            {tree() / "bin/clerestory", "fresnel", "-o", folder_->file("curves.csv")},
+            {.environment = {{"CLERESTORY_CACHE_DIR", folder_->file(cache)}}, .folder = folder_->path() / "empty"});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return names_in(folder_->path() / cache).size();
+    };
+    EXPECT_EQ(kept("ours"), 0U) << "nothing was compiled";
+    for (const std::string& name : names_in(programs)) OtherUser::give(programs / name);
+    EXPECT_GE(kept("theirs"), 2U) << "all was compiled anew";
+    for (const std::string& name : names_in(programs)) ASSERT_EQ(lchown((programs / name).c_str(), 0, 0), 0);
 }
 
 TEST_F(Install, NoInstalledFileNamesThePlaceWhereItWasBuilt) {

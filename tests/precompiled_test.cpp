@@ -2,12 +2,14 @@
 #include "cl/precompiled.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <string>
 
 #include "cl/device.hpp"
 #include "cl/program.hpp"
+#include "other_user.hpp"
 #include "run_program.hpp"
 #include "test_device.hpp"
 
@@ -71,6 +73,49 @@ TEST_F(PrecompiledCopy, CompilesWhatDoesNotLieBesideItOrIsDamagedOrOfAnotherKern
     }
     EXPECT_EQ(curves(), expected);
     EXPECT_TRUE(compiled());
+}
+
+/// Built programs beside the copy, as somebody else might have put them there.
+class PlantedProgram : public PrecompiledCopy {
+  protected:
+    void SetUp() override {
+        PrecompiledCopy::SetUp();
+        curves(folder_.file("programs"));
+        ASSERT_FALSE(names_in(programs_).empty());
+        curves();
+        ASSERT_FALSE(compiled());
+    }
+    /// Whether what lies beside the copy is used.
+    bool is_used() {
+        curves();
+        return !compiled();
+    }
+    fs::path programs_ = folder_.path() / "programs";
+};
+
+TEST_F(PlantedProgram, IsNotRunWhereOthersCouldHaveWrittenIt) {
+    for (const std::string& name : names_in(programs_)) {
+        fs::permissions(programs_ / name, fs::perms::group_write, fs::perm_options::add);
+    }
+    EXPECT_FALSE(is_used());
+    for (const std::string& name : names_in(programs_)) {
+        fs::permissions(programs_ / name, fs::perms::group_write, fs::perm_options::remove);
+    }
+    EXPECT_TRUE(is_used());
+    fs::permissions(programs_, fs::perms::all);
+    EXPECT_FALSE(is_used());
+}
+
+TEST_F(PlantedProgram, IsNotRunWhereItIsAnotherUsers) {
+    if (!OtherUser::is_at_hand()) GTEST_SKIP() << "takes root to give files to another user";
+    OtherUser::give(programs_);
+    EXPECT_FALSE(is_used()) << "his folder";
+    ASSERT_EQ(lchown(programs_.c_str(), 0, 0), 0);
+    EXPECT_TRUE(is_used());
+    for (const std::string& name : names_in(programs_)) OtherUser::give(programs_ / name);
+    EXPECT_FALSE(is_used()) << "his files";
+    OtherUser::give(folder_.path() / "clerestory");
+    EXPECT_TRUE(is_used()) << "whose program this is";
 }
 
 TEST(Precompiled, IsAPartOfThisBuild) {

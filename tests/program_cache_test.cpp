@@ -1,12 +1,15 @@
 #include "cl/program_cache.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "cl/device.hpp"
 #include "cl/pocl_bitcode.hpp"
 #include "cl/program.hpp"
+#include "other_user.hpp"
 #include "run_program.hpp"
 #include "test_device.hpp"
 
@@ -34,6 +37,48 @@ TEST(ProgramCache, DoesNotUseADamagedEntry) {
         std::ofstream(entry, std::ios::binary) << whole.substr(0, length);
         EXPECT_FALSE(cache.load("key")) << length;
     }
+}
+
+TEST(ProgramCache, KeepsEntriesForTheirOwnerAlone) {
+    const TempFolder folder;
+    const mode_t before = umask(0);
+    ProgramCache(folder.path() / "new").store("key", BINARY);
+    umask(before);
+    EXPECT_EQ(std::filesystem::status(folder.path() / "new").permissions(), std::filesystem::perms::owner_all);
+    const auto entry = folder.path() / "new" / names_in(folder.path() / "new").at(0);
+    EXPECT_EQ(std::filesystem::status(entry).permissions(), std::filesystem::perms(0600));
+}
+
+/// An attack that worked: the seal is no secret, so anybody can make an entry of his own code.
+TEST(ProgramCache, DoesNotUseAnEntryThatOthersCouldHaveMade) {
+    const TempFolder folder;
+    const ProgramCache cache(folder.path() / "cache");
+    cache.store("key", BINARY);
+    const auto entry = folder.path() / "cache" / names_in(folder.path() / "cache").at(0);
+    std::filesystem::permissions(entry, std::filesystem::perms(0666));
+    EXPECT_FALSE(cache.load("key"));
+    std::filesystem::permissions(entry, std::filesystem::perms(0600));
+    EXPECT_EQ(cache.load("key"), BINARY);
+    std::filesystem::permissions(entry.parent_path(), std::filesystem::perms(01777));
+    EXPECT_EQ(cache.load("key"), BINARY) << "shared, but nobody can replace it";
+    if (OtherUser::is_at_hand()) {
+        OtherUser::give(entry);
+        EXPECT_FALSE(cache.load("key")) << "whoever owns it";
+        cache.store("key", BINARY);  // as root
+        EXPECT_EQ(cache.load("key"), BINARY);
+    }
+    const auto aside = folder.path() / "aside";
+    std::filesystem::rename(entry, aside);
+    std::filesystem::create_symlink(aside, entry);
+    EXPECT_FALSE(cache.load("key")) << "a link";
+    std::filesystem::remove(entry);
+    ASSERT_EQ(mkfifo(entry.c_str(), 0600), 0);
+    EXPECT_FALSE(cache.load("key")) << "a pipe, which nobody waits for";
+    std::filesystem::remove(entry);
+    std::ofstream(entry) << "clerestory program ";
+    std::filesystem::permissions(entry, std::filesystem::perms(0600));
+    std::filesystem::resize_file(entry, std::uintmax_t{1} << 40);
+    EXPECT_FALSE(cache.load("key")) << "a terabyte";
 }
 
 TEST(ProgramCache, IsHarmlessWhereItsFolderCannotBe) {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,6 +21,10 @@ namespace clerestory::test {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Where a group may write nothing is trusted: folders that tests make are as most users' are, whatever the caller's
+// umask.
+const mode_t before [[maybe_unused]] = umask(S_IWGRP | S_IWOTH);
 
 /// The files a child gets for stdin, stdout and stderr, and its working folder.
 class FileActions {

@@ -12,9 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The folder of the shared library that holds this code; none where it is part of the program itself, whose name here
+/// The shared library that holds this code; none where it is part of the program itself, whose name here
 /// is only what its caller calls it: a bare word that leads to whatever the current folder holds.
-fs::path library_folder() {
+fs::path library_file() {
     static const char here = 0;
     Dl_info info{};
     void* entry = nullptr;
@@ -22,33 +22,34 @@ fs::path library_folder() {
     const fs::path file = static_cast<const link_map*>(entry)->l_name;  // empty for the program
     if (!file.is_absolute()) return {};
     std::error_code error;
-    return fs::canonical(file, error).parent_path();
+    return fs::canonical(file, error);
 }
 
-/// The folder of the running program, as the kernel knows it: by /proc, or where that is not mounted by the path that
+/// The running program, as the kernel knows it: by /proc, or where that is not mounted by the path that
 /// was executed, if that leads there from anywhere.
-fs::path program_folder() {
+fs::path program_file() {
     std::error_code error;
-    if (const fs::path file = fs::read_symlink("/proc/self/exe", error); file.is_absolute()) return file.parent_path();
+    if (const fs::path file = fs::read_symlink("/proc/self/exe", error); file.is_absolute()) return file;
     const auto executed = getauxval(AT_EXECFN);  // an address, which the kernel hands over as a number
     // NOLINTNEXTLINE(performance-no-int-to-ptr)
     const fs::path file = executed != 0 ? reinterpret_cast<const char*>(executed) : "";
-    return file.is_absolute() ? fs::canonical(file, error).parent_path() : fs::path();
+    return file.is_absolute() ? fs::canonical(file, error) : fs::path();
 }
 
 }  // namespace
 
-std::vector<fs::path> install_paths(std::string_view what) {
+std::vector<InstallPath> install_paths(std::string_view what) {
     const bool is_data = what == "data";
-    std::vector<fs::path> folders;
-    const auto add = [&](const fs::path& home, const char* installed) {
-        if (home.empty()) return;
-        folders.push_back((home / installed).lexically_normal());
-        folders.push_back(is_data ? home / "data" : home);
+    std::vector<InstallPath> paths;
+    const auto add = [&](const fs::path& program, const char* installed) {
+        if (program.empty()) return;
+        const fs::path home = program.parent_path();
+        paths.push_back({(home / installed).lexically_normal(), program});
+        paths.push_back({is_data ? home / "data" : home, program});
     };
-    add(program_folder(), is_data ? CLERESTORY_DATA_FROM_BIN : CLERESTORY_MODULES_FROM_BIN);
-    add(library_folder(), is_data ? CLERESTORY_DATA_FROM_LIB : CLERESTORY_MODULES_FROM_LIB);
-    return folders;
+    add(program_file(), is_data ? CLERESTORY_DATA_FROM_BIN : CLERESTORY_MODULES_FROM_BIN);
+    add(library_file(), is_data ? CLERESTORY_DATA_FROM_LIB : CLERESTORY_MODULES_FROM_LIB);
+    return paths;
 }
 
 }  // namespace clerestory

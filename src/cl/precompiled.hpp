@@ -28,7 +28,7 @@ class Precompilation {
     void add(std::string key, cl::Program program) { programs_.emplace_back(std::move(key), std::move(program)); }
     /// What is no program and known already: what the device answered.
     void add(const std::string& key, const std::vector<unsigned char>& bytes) const {
-        ProgramCache(folder_).store(key, bytes);
+        ProgramCache(folder_, {}, Readers::everyone).store(key, bytes);
     }
 
   private:

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 }  // namespace
 
 fs::path bundled_map(std::string_view name) {
-    for (const fs::path& folder : install_paths("data")) {
+    for (const auto& [folder, program] : install_paths("data")) {
         fs::path file = folder / fmt::format("{}.exr", name);
         std::error_code error;
         if (fs::is_regular_file(file, error)) return file;
@@ -30,7 +30,7 @@ fs::path bundled_map(std::string_view name) {
 
 std::vector<std::string> bundled_map_names() {
     std::vector<std::string> names;
-    for (const fs::path& folder : install_paths("data")) {
+    for (const auto& [folder, program] : install_paths("data")) {
         std::error_code error;
         for (const auto& entry : fs::directory_iterator(folder, error)) {
             if (entry.path().extension() == ".exr") names.push_back(entry.path().stem().string());

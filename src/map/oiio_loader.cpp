@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/install_paths.hpp"
+#include "base/trust.hpp"
 #include "error.hpp"
 #include "image.hpp"
 #include "map/image_source.hpp"
@@ -26,11 +27,16 @@ namespace fs = std::filesystem;
 
 constexpr const char* MODULE = "clerestory_oiio.so";
 
-/// Where the module stands; its bare name where it does not.
-fs::path find_module() {
-    for (const fs::path& folder : install_paths("modules")) {
+/// Where the module stands; its bare name where it does not. Throws InputError where others could have put it there.
+fs::path find_module(const fs::path& image) {
+    for (const auto& [folder, program] : install_paths("modules")) {
         std::error_code error;
-        if (fs::exists(folder / MODULE, error)) return folder / MODULE;
+        const fs::path module = folder / MODULE;
+        if (!fs::exists(module, error)) continue;
+        const std::string doubt = Trust::beside(program).doubt_of_file(module);
+        if (doubt.empty()) return module;
+        throw refused(
+            image, fmt::format("needs {}, which is not loaded: {}; install the program anew", module.string(), doubt));
     }
     return MODULE;
 }
@@ -155,7 +161,7 @@ class OiioSource final : public ImageSource {
 }  // namespace
 
 std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& options) {
-    const fs::path module = options.oiio_module.empty() ? find_module() : options.oiio_module;
+    const fs::path module = options.oiio_module.empty() ? find_module(file) : options.oiio_module;
     const oiio_abi::Functions& functions = load_module(file, module);
     oiio_abi::Info info{};
     std::array<char, oiio_abi::MESSAGE_SIZE> message{};
