@@ -1,6 +1,8 @@
 // Writes the inputs that the fuzz target of image files starts from into a folder: one small file of every kind.
 #include <ImfStandardAttributes.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -8,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "coded_files.hpp"
 #include "image_files.hpp"
 
 namespace {
@@ -27,6 +30,22 @@ std::vector<ExrChannel> colour(Imf::PixelType type) {
         channels.push_back({name, type, channel(rgba, c, 4)});
     }
     return channels;
+}
+
+/// TIFF, PNG and JPEG in every form, small enough for libFuzzer's longest input.
+void write_coded_files(const fs::path& folder) {
+    using namespace clerestory::test;
+    constexpr std::uint16_t JPEG = 7;
+    std::vector<TiffForm> tiffs = tiff_forms();
+    tiffs.push_back({.name = "jpeg", .bits = 8, .is_float = false, .compression = JPEG, .rows_per_strip = 8});
+    tiffs.push_back({.name = "palette", .samples = 1, .bits = 8, .is_float = false, .is_palette = true});
+    for (TiffForm& form : tiffs) {
+        form.width = std::min(form.width, 16);
+        form.height = std::min(form.height, 16);
+        write_coded_tiff(folder / (form.name + ".tif"), form);
+    }
+    for (const PngForm& form : png_forms()) write_coded_png(folder / (form.name + ".png"), form);
+    for (const JpegForm& form : jpeg_forms()) write_coded_jpeg(folder / (form.name + ".jpg"), form);
 }
 
 void write_corpus(const fs::path& folder) {
@@ -95,6 +114,7 @@ void write_corpus(const fs::path& folder) {
     clerestory::test::write_raw(folder / "carriage_returns.pfm", "PF\r\n4 2\r\n-1.0\r\n" + values);
     clerestory::test::write_raw(folder / "blanks.pfm", "PF \n4 2 \n# by hand\n-1.0 \n" + values);
     clerestory::test::write_raw(folder / "photoshop.pfm", "PF\n4\n2\n1.000000\n" + values);
+    write_coded_files(folder);
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ TEST_F(ImageErrors, WhatIsNotAnImageIsSaidInOneLine) {
     test::write_raw(file_, "Dear reader, this is a letter.\n");
     EXPECT_THAT(refusal(file_), HasSubstr("is not an EXR file"));
     fs::rename(file_, folder_.path() / "letter.txt");
-    EXPECT_THAT(refusal(folder_.path() / "letter.txt"), HasSubstr("is not an image that can be read"));
+    EXPECT_THAT(refusal(folder_.path() / "letter.txt"), HasSubstr("is of no kind that is read, by its first bytes"));
     test::write_raw(folder_.path() / "letter.hdr", "Dear reader, this is a letter.\n");
     refusal(folder_.path() / "letter.hdr");
     ASSERT_EQ(mkfifo((folder_.path() / "pipe").c_str(), 0600), 0);

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "coded_files.hpp"
 #include "error.hpp"
 #include "image.hpp"
 #include "image_files.hpp"
@@ -504,8 +505,8 @@ TEST_F(ImageFormats, NamesAreShownAsOneLine) {
 }
 
 TEST_F(ImageFormats, EightBitsAreSaid) {
-    test::write_raw(folder_.file("map.ppm"), "P6 2 1 255\n" + std::string(6, '\x7f'));
-    const RadianceMap map = read("map.ppm");
+    test::write_coded_tiff(folder_.file("map.tif"), {.width = 2, .height = 1, .bits = 8, .is_float = false});
+    const RadianceMap map = read("map.tif");
     EXPECT_THAT(notes(map), ElementsAre("eight_bit"));
     EXPECT_THAT(map.source.notes[0].text, HasSubstr("uint8 values, decoded through the sRGB curve"));
 }

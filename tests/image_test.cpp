@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "coded_files.hpp"
 #include "error.hpp"
 #include "image_files.hpp"
 #include "run_program.hpp"
@@ -256,12 +257,12 @@ TEST_F(Image, OtherKindsHaveAnyNumberOfChannels) {
 
 /// IEC 61966-2-1, for a format that says nothing about its encoding.
 TEST_F(Image, IntegersAreDecodedAsSrgb) {
-    std::string bytes = "P6 256 1 255\n";
-    for (int code = 0; code < 256; ++code) bytes += std::string(3, static_cast<char>(code));
-    test::write_raw(folder_.file("codes.ppm"), bytes);
-    const RadianceMap map = read_map(folder_.file("codes.ppm"), options());
+    const test::TiffForm form{.width = 256, .height = 1, .samples = 1, .bits = 8, .is_float = false};
+    test::write_coded_tiff(folder_.file("codes.tif"), form);
+    const RadianceMap map = read_map(folder_.file("codes.tif"), options());
+    const std::vector<float> codes = test::tiff_values(form);
     for (std::size_t code = 0; code < 256; ++code) {
-        const double v = static_cast<double>(code) / 255;
+        const double v = codes[code];
         const double linear = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
         EXPECT_FLOAT_EQ(map.rgb[3 * code], static_cast<float>(linear)) << code;
     }

@@ -37,19 +37,32 @@ constexpr std::size_t BAND_TEXELS = std::size_t{1} << 21;
 constexpr std::size_t BAND_BLOCKS = 8;
 
 /// The first bytes of a file, which tell its kind whatever its name says.
-enum class Kind { exr, radiance, pfm, other };
+enum class Kind { exr, radiance, pfm, tiff, png, jpeg, other };
+
+struct Magic {
+    std::string_view bytes;
+    Kind kind;
+};
+constexpr std::array<Magic, 8> MAGICS = {{{{"\x76\x2f\x31\x01", 4}, Kind::exr},  // 20000630, little-endian
+                                          {"#?", Kind::radiance},
+                                          {{"II*\0", 4}, Kind::tiff},
+                                          {{"MM\0*", 4}, Kind::tiff},
+                                          {{"II+\0", 4}, Kind::tiff},  // BigTIFF: 43
+                                          {{"MM\0+", 4}, Kind::tiff},
+                                          {"\x89PNG\r\n\x1a\n", Kind::png},
+                                          {"\xff\xd8\xff", Kind::jpeg}}};
+constexpr std::size_t LONGEST_MAGIC = 8;
 
 Kind kind_of(const std::string& bytes) {
-    constexpr std::string_view EXR_MAGIC{"\x76\x2f\x31\x01", 4};  // 20000630, little-endian
-    if (bytes.starts_with(EXR_MAGIC)) return Kind::exr;
-    if (bytes.starts_with("#?")) return Kind::radiance;
+    for (const Magic& magic : MAGICS) {
+        if (bytes.starts_with(magic.bytes)) return magic.kind;
+    }
     const bool pfm = bytes.size() > 2 && (bytes.starts_with("PF") || bytes.starts_with("Pf"));
     return pfm && std::string_view(" \t\r\n").find(bytes[2]) != std::string_view::npos ? Kind::pfm : Kind::other;
 }
 
 /// Refuses what cannot be an image at all: nothing, a folder, a pipe, an empty or unreadable file.
 std::string first_bytes(const fs::path& file) {
-    constexpr std::size_t ENOUGH = 4;
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
     if (status.type() == fs::file_type::not_found) throw refused(file, "no such file; check the path");
@@ -60,7 +73,7 @@ std::string first_bytes(const fs::path& file) {
     if (!in)
         throw refused(
             file, fmt::format("cannot be opened: {}; check its permissions", std::generic_category().message(errno)));
-    std::string bytes(ENOUGH, '\0');
+    std::string bytes(LONGEST_MAGIC, '\0');
     in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(in.gcount()));
     if (bytes.empty()) throw refused(file, "is empty; get the file anew");
@@ -79,7 +92,20 @@ std::unique_ptr<ImageSource> open_source(const fs::path& file, const ReadOptions
     if (suffix_of(file) == ".exr") {
         throw refused(file, "is not an EXR file, whatever its name says; its first bytes belong to another kind");
     }
-    if (kind == Kind::other) return open_oiio(file, options);
+    switch (kind) {
+        case Kind::tiff:
+            return open_oiio(file, oiio_abi::FORMAT_TIFF, options);
+        case Kind::png:
+            return open_oiio(file, oiio_abi::FORMAT_PNG, options);
+        case Kind::jpeg:
+            return open_oiio(file, oiio_abi::FORMAT_JPEG, options);
+        case Kind::other:
+            throw refused(file,
+                          "is of no kind that is read, by its first bytes: EXR, Radiance HDR, PFM, TIFF, PNG and JPEG "
+                          "are; convert it to one of these");
+        default:
+            break;
+    }
     check_no_layers(file, options);
     return kind == Kind::pfm ? open_pfm(file, options) : open_radiance(file, options);
 }

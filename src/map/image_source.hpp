@@ -8,6 +8,7 @@
 
 #include "error.hpp"
 #include "image.hpp"
+#include "map/oiio_abi.hpp"
 
 namespace clerestory {
 
@@ -84,7 +85,8 @@ std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& file, const R
 std::unique_ptr<ImageSource> open_pfm(const std::filesystem::path& file, const ReadOptions& options);
 std::unique_ptr<ImageSource> open_radiance(const std::filesystem::path& file, const ReadOptions& options);
 
-/// Opens any other image through OpenImageIO, whose module is loaded on the first call. Throws InputError.
-std::unique_ptr<ImageSource> open_oiio(const std::filesystem::path& file, const ReadOptions& options);
+/// Opens an image through OpenImageIO, whose module is loaded on the first call. Throws InputError.
+std::unique_ptr<ImageSource> open_oiio(const std::filesystem::path& file, oiio_abi::Format format,
+                                       const ReadOptions& options);
 
 }  // namespace clerestory

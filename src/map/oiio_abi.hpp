@@ -7,7 +7,7 @@
 /// together, but a C++ exception or type must not cross where one side lacks OpenImageIO.
 namespace clerestory::oiio_abi {
 
-constexpr int VERSION = 2;
+constexpr int VERSION = 3;
 constexpr std::size_t MESSAGE_SIZE = 1024;
 constexpr std::size_t NAME_SIZE = 64;
 constexpr int ANY_PART = -1;  ///< the first that is no thumbnail
@@ -34,13 +34,16 @@ struct Info {
     char channels[4][NAME_SIZE];  ///< red, green, blue, "" each where there is none; a grey file's one alone
 };
 
+/// The formats that the module reads, by their own numbers.
+enum Format : std::int32_t { FORMAT_TIFF, FORMAT_PNG, FORMAT_JPEG };
+
 struct Image;
 
 /// What the module exports under the name FUNCTIONS. Failures leave one line in `message` [MESSAGE_SIZE].
 struct Functions {
     int version;
     /// Null on failure; its message goes on after the file's name.
-    Image* (*open)(const char* file, int part, Info* info, char* message);
+    Image* (*open)(const char* file, std::int32_t format, int part, Info* info, char* message);
     /// Decodes rows [begin, end) to out [(end - begin) * width * (has_alpha ? 4 : 3)]; grey is given thrice. 0 on
     /// failure.
     int (*read)(Image* image, std::int64_t begin, std::int64_t end, float* out, char* message);

@@ -31,7 +31,7 @@ constexpr const char* MODULE = "clerestory_oiio.so";
 fs::path find_module(const fs::path& image) {
     for (const auto& [folder, program] : install_paths("modules")) {
         std::error_code error;
-        const fs::path module = folder / MODULE;
+        fs::path module = folder / MODULE;
         if (!fs::exists(module, error)) continue;
         const std::string doubt = Trust::beside(program).doubt_of_file(module);
         if (doubt.empty()) return module;
@@ -45,7 +45,7 @@ fs::path find_module(const fs::path& image) {
 const oiio_abi::Functions& load_module(const fs::path& image, const fs::path& module) {
     const auto fail = [&](const std::string& reason) {
         return InputError(
-            fmt::format("{}: is not EXR, and {}, which reads the rest, cannot be used ({}); "
+            fmt::format("{}: {}, which reads TIFF, PNG and JPEG, cannot be used ({}); "
                         "install it beside the program, or convert the image to EXR",
                         image.string(), module.string(), reason));
     };
@@ -160,7 +160,7 @@ class OiioSource final : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& options) {
+std::unique_ptr<ImageSource> open_oiio(const fs::path& file, oiio_abi::Format format, const ReadOptions& options) {
     const fs::path module = options.oiio_module.empty() ? find_module(file) : options.oiio_module;
     const oiio_abi::Functions& functions = load_module(file, module);
     oiio_abi::Info info{};
@@ -169,7 +169,7 @@ std::unique_ptr<ImageSource> open_oiio(const fs::path& file, const ReadOptions& 
         throw refused(file, "has no layers; --layer is for EXR files");
     }
     OiioSource::Handle image(
-        functions.open(file.c_str(), options.part.value_or(oiio_abi::ANY_PART), &info, message.data()),
+        functions.open(file.c_str(), format, options.part.value_or(oiio_abi::ANY_PART), &info, message.data()),
         functions.close);
     if (!image) throw refused(file, message.data());
     const auto size = [](std::int64_t n) { return n < 0 ? std::size_t{0} : static_cast<std::size_t>(n); };

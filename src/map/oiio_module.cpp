@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "map/file_check.hpp"
 #include "map/oiio_abi.hpp"
 
 /// The only file that includes OpenImageIO: a module of its own, because merely loading that library takes about 0.2 s.
@@ -16,14 +17,19 @@ namespace clerestory::oiio_abi {
 
 struct Image {
     std::unique_ptr<OIIO::ImageInput> input;
-    std::array<int, 4> channels{};  ///< red, green, blue, alpha; alpha -1 where there is none
-    std::vector<float> row_block;   ///< all the file's channels of the rows being read
+    std::unique_ptr<file_check::FileCheck> check;  ///< gone once the texels have been checked
+    std::array<int, 4> channels{};                 ///< red, green, blue, alpha; alpha -1 where there is none
+    std::vector<float> row_block;                  ///< all the file's channels of the rows being read
 };
 
 namespace {
 
 void say(char* message, const std::string& text) {
     std::snprintf(message, MESSAGE_SIZE, "%s", text.substr(0, text.find('\n')).c_str());
+}
+
+void say_damage(char* message, const std::string& how) {
+    say(message, "damaged or cut short (" + how + "); get the file anew");
 }
 
 /// The channel called `name` or by its initial, in any case; else -1.
@@ -91,6 +97,12 @@ void put(char (&to)[N], const std::string& text) {
     std::snprintf(to, N, "%s", text.c_str());
 }
 
+/// Of formats that have one only, which OpenImageIO doesn't name.
+std::string own_compression(const std::string& format) {
+    if (format == "png") return "zip";
+    return format == "jpeg" ? "jpeg" : "none";
+}
+
 Info describe(const OIIO::ImageSpec& spec, const Image& image) {
     Info info{};
     info.x = spec.x;
@@ -111,41 +123,62 @@ Info describe(const OIIO::ImageSpec& spec, const Image& image) {
     info.gamma = spec.get_float_attribute("oiio:Gamma", 0.0F);
     if (spec.get_string_attribute("oiio:ColorSpace") == "Linear") info.gamma = 1.0;
     put(info.format, image.input->format_name());
-    put(info.compression, spec.get_string_attribute("compression", "none"));
+    put(info.compression, spec.get_string_attribute("compression", own_compression(info.format)));
     put(info.type, spec.format.c_str());
     const bool grey = image.channels[0] == image.channels[1];
     for (std::size_t c = 0; c < (grey ? 1 : 3); ++c) put(info.channels[c], spec.channel_name(image.channels[c]));
     return info;
 }
 
-Image* open_image(const char* file, int part, Info* info, char* message) {
+std::unique_ptr<file_check::FileCheck> check_of(const char* file, std::int32_t format) {
+    if (format == FORMAT_TIFF) return file_check::check_tiff(file);
+    return format == FORMAT_PNG ? file_check::check_png(file) : file_check::check_jpeg(file);
+}
+
+/// OpenImageIO's reader of one format, whatever the file's name: left to choose, it tries dozens, looks for more in
+/// folders, and takes any file called x.null for a black picture.
+std::unique_ptr<OIIO::ImageInput> open_input(const char* file, std::int32_t format, char* message) {
+    constexpr std::array<const char*, 3> NAMES = {"tiff", "png", "jpeg"};
+    OIIO::ImageSpec wishes;
+    wishes["oiio:UnassociatedAlpha"] = 1;  // colour is multiplied by alpha after it is made linear, not before
+    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(NAMES.at(static_cast<std::size_t>(format)));
+    OIIO::ImageSpec spec;
+    if (input && input->open(file, spec, wishes)) return input;
+    const std::string reason = input ? input->geterror() : OIIO::geterror();
+    say(message, "is not read by OpenImageIO (" + reason.substr(0, reason.find('\n')) + "); write it as 32-bit float");
+    return nullptr;
+}
+
+Image* open_image(const char* file, std::int32_t format, int part, Info* info, char* message) {
     try {
-        OIIO::ImageSpec wishes;
-        wishes["oiio:UnassociatedAlpha"] = 1;  // colour is multiplied by alpha after it is made linear, not before
         auto image = std::make_unique<Image>();
-        image->input = OIIO::ImageInput::open(file, &wishes);
-        if (!image->input) {
-            const std::string reason = OIIO::geterror();
-            say(message, "is not an image that can be read (" + reason.substr(0, reason.find('\n')) +
-                             "); use EXR, HDR, PFM or TIFF");
-            return nullptr;
-        }
-        if (!seek_part(*image->input, part, message)) return nullptr;
+        image->check = check_of(file, format);
+        image->input = open_input(file, format, message);
+        if (!image->input || !seek_part(*image->input, part, message)) return nullptr;
         const OIIO::ImageSpec& spec = image->input->spec();
         if (const std::string bar = what_bars(spec, image->channels); !bar.empty()) {
             say(message, bar);
             return nullptr;
         }
+        image->check->check_page(image->input->current_subimage());
         *info = describe(spec, *image);
         return image.release();
+    } catch (const file_check::Damage& damage) {
+        say_damage(message, damage.what());
+    } catch (const file_check::Refusal& refusal) {
+        say(message, refusal.what());
     } catch (const std::exception& e) {
-        say(message, std::string("could not be opened (") + e.what() + "); use EXR, HDR, PFM or TIFF");
-        return nullptr;
+        say(message, std::string("could not be opened (") + e.what() + ")");
     }
+    return nullptr;
 }
 
 int read_rows(Image* image, std::int64_t begin, std::int64_t end, float* out, char* message) {
     try {
+        if (image->check) {
+            image->check->check_texels();
+            image->check.reset();
+        }
         const OIIO::ImageSpec& spec = image->input->spec();
         const int part = image->input->current_subimage();
         const auto width = static_cast<std::size_t>(spec.width);
