@@ -22,8 +22,21 @@ say "clerestory fresnel draws a plot"
 clerestory fresnel -q -o fresnel.svg
 test -s fresnel.svg
 say "a format that the module reads"
-printf 'P6 2 1 255\n\377\377\377\377\377\377' >white.ppm
-clerestory info white.ppm | grep -q '2 x 1'
+clerestory render -q --size 9 -n 8 -o map.png
+clerestory info map.png | grep -q '9 x 9'
+
+say "nobody else's code: in the current folder, in a shared cache, in a temporary folder"
+chmod 755 .
+install -d -o nobody evil evil/clerestory evil/clerestory/programs
+echo "no module" | tee evil/clerestory_oiio.so >evil/clerestory/clerestory_oiio.so
+(cd evil && clerestory info ../map.png | grep -q '9 x 9')
+install -d -m 1777 /var/tmp/shared
+for place in clerestory-0 pocl clerestory; do install -d -m 777 -o nobody "/var/tmp/shared/$place"; done
+env -u HOME CLERESTORY_CACHE_DIR=/var/tmp/shared POCL_CACHE_DIR=/var/tmp/shared TMPDIR=/var/tmp/shared \
+    clerestory render -q --size 9 -n 8 --estimator per-pixel map.png -o cached.png
+test -z "$(find /var/tmp/shared/clerestory-0 /var/tmp/shared/pocl /var/tmp/shared/clerestory -mindepth 1)"
+test -z "$(find /var/tmp/shared -mindepth 1 -user root -perm /077)"
+rm -r /var/tmp/shared
 
 say "man clerestory-render"
 MANWIDTH=100 man --warnings=w clerestory-render >page 2>warnings

@@ -170,7 +170,7 @@ mode_t mode_of(const fs::path& file) {
 
 TEST_F(AtomicFileTest, AFileThatIsReplacedKeepsItsPermissions) {
     const fs::path file = folder_.path() / "a.txt";
-    for (const mode_t mode : {0600, 0640, 0664, 0444, 0200}) {
+    for (const mode_t mode : {0600U, 0640U, 0664U, 0444U, 0200U}) {
         write_text(file, "old");
         ASSERT_EQ(chmod(file.c_str(), mode), 0);
         write_text(file, "new");

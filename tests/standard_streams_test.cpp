@@ -58,7 +58,8 @@ TEST_F(StandardStreams, WorkGoesOnWithoutMessages) {
         EXPECT_EQ(run(render_, redirection), 0) << redirection;
         // Headers hold times: the pixels come last.
         const std::string picture = read_file(folder_.path() / "x.exr");
-        constexpr std::size_t PIXELS = 9 * (4 * 4 * 9 + 8);
+        constexpr std::size_t PIXELS =
+            std::size_t{9} * (4 * 4 * 9 + 8);  // nine rows of nine RGBA floats, each behind its number and length
         ASSERT_GT(picture.size(), PIXELS);
         EXPECT_EQ(picture.substr(picture.size() - PIXELS), expected.substr(expected.size() - PIXELS)) << redirection;
     }
@@ -88,6 +89,26 @@ TEST_F(StandardStreams, WhatWasToGoToStdoutIsMissedAndAPipeEndsTheProgramAsAnyOt
     }
     constexpr int SIGPIPE_STATUS = 128 + 13;
     EXPECT_EQ(run_unread("info --json -", ">&4 2>/dev/null"), SIGPIPE_STATUS);
+}
+
+TEST_F(StandardStreams, SixDescriptorsAreEnough) {
+    ASSERT_EQ(run(render_, ""), 0);  // kernels are compiled by then
+    fs::remove(folder_.path() / "x.exr");
+    const std::string line = fmt::format("cd {} && ulimit -n 6 && {} {}", shell_word(folder_.path().string()),
+                                         shell_word(CLERESTORY_PROGRAM), render_);
+    EXPECT_EQ(run_command({"bash", "-c", line}).exit_code, 0);
+    EXPECT_TRUE(fs::exists(folder_.path() / "x.exr"));
+}
+
+TEST_F(StandardStreams, NeitherProcNorANetworkIsNeeded) {
+    if (run_command({"unshare", "-mn", "umount", "-l", "/proc"}).exit_code != 0) {
+        GTEST_SKIP() << "takes root, and a system that lets it hide /proc from itself";
+    }
+    const std::string line = fmt::format("umount -l /proc; cd {} && {} {}", shell_word(folder_.path().string()),
+                                         shell_word(CLERESTORY_PROGRAM), render_);
+    const ProgramResult result = run_command({"unshare", "-mn", "bash", "-c", line});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(fs::exists(folder_.path() / "x.exr"));
 }
 
 TEST_F(StandardStreams, StdoutsOwnFileIsWrittenToNotReplaced) {

@@ -44,7 +44,7 @@ TEST_F(TrustTest, AFileOfMineInFoldersOfMineIsRead) {
 
 TEST_F(TrustTest, NotWhereOthersCanWriteToItOrToAFolderAboveIt) {
     for (const fs::path& path : {entry_, entry_.parent_path(), entry_.parent_path().parent_path()}) {
-        for (const mode_t bit : {S_IWGRP, S_IWOTH}) {
+        for (const mode_t bit : {mode_t{S_IWGRP}, mode_t{S_IWOTH}}) {
             struct stat before {};
             ASSERT_EQ(stat(path.c_str(), &before), 0);
             ASSERT_EQ(chmod(path.c_str(), before.st_mode | bit), 0);

@@ -103,7 +103,8 @@ void copy_permissions(const TargetPath& old, int file) {
     const bool has_group = same_group || ::fchown(file, static_cast<uid_t>(-1), old.there->st_gid) == 0;
     const bool has_list = copy_access_list(old.folder.get(), old.name, file);
     if (!has_group || !has_list)
-        mode = (mode & ~S_IRWXG) | ((mode & S_IRWXO) << 3);  // the group gets what all others do
+        mode =
+            (mode & mode_t{S_IRWXU | S_IRWXO}) | ((mode & mode_t{S_IRWXO}) << 3);  // the group gets what all others do
     ::fchmod(file, mode);
 }
 

@@ -7,7 +7,10 @@ namespace {
 
 std::string joined(const std::vector<std::string>& lines) {
     std::string all;
-    for (const std::string& line : lines) all += (all.empty() ? "" : "\n") + one_line(line);
+    for (const std::string& line : lines) {
+        if (!all.empty()) all += '\n';
+        all += one_line(line);
+    }
     return all;
 }
 

@@ -29,7 +29,7 @@ fs::path library_file() {
 /// was executed, if that leads there from anywhere.
 fs::path program_file() {
     std::error_code error;
-    if (const fs::path file = fs::read_symlink("/proc/self/exe", error); file.is_absolute()) return file;
+    if (fs::path file = fs::read_symlink("/proc/self/exe", error); file.is_absolute()) return file;
     const auto executed = getauxval(AT_EXECFN);  // an address, which the kernel hands over as a number
     // NOLINTNEXTLINE(performance-no-int-to-ptr)
     const fs::path file = executed != 0 ? reinterpret_cast<const char*>(executed) : "";
