@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 . scripts/prepare.sh
 install_packages clang libclang-rt-dev
 configure sanitize
-build sanitize map_fuzz job_file_fuzz command_line_fuzz
+build sanitize map_fuzz job_file_fuzz report_fuzz command_line_fuzz
 # What libFuzzer finds on its way stays out of the repository. OpenEXR may ask for the 2 GB that a nested size can claim, but
 # must not touch them: the limit on resident memory is the one that counts.
 export ASAN_OPTIONS=allocator_may_return_null=1 LSAN_OPTIONS=suppressions=$PWD/scripts/lsan.supp:print_suppressions=0
@@ -26,6 +26,8 @@ fuzz() {
 }
 
 seconds=${1:-30}
-fuzz map $((seconds - 2 * (seconds / 6))) -malloc_limit_mb=2100
-fuzz job_file $((seconds / 6))
-fuzz command_line $((seconds / 6))
+fuzz map $((seconds - 3 * (seconds / 9))) -malloc_limit_mb=2100
+# Long enough for what is too much of anything.
+fuzz job_file $((seconds / 9)) -max_len=65536 -dict=fuzz/job_file.dict
+fuzz report $((seconds / 9)) -max_len=65536 -dict=fuzz/report.dict
+fuzz command_line $((seconds / 9))

@@ -233,7 +233,7 @@ TEST_F(BatchJobFile, ShardsShareTheJobsAndTheCost) {
         }
         EXPECT_THAT(seen, ::testing::Each(1U)) << count;
     }
-    for (const char* wrong : {"", "1", "0/4", "5/4", "1/0", "a/b", "1/4x", "-1/4", "1//4"}) {
+    for (const char* wrong : {"", "1", "0/4", "5/4", "1/0", "a/b", "1/4x", "-1/4", "1//4", "1/200001"}) {
         EXPECT_THROW(shard_by_name(wrong), UsageError) << wrong;
     }
     EXPECT_EQ(shard_name(shard_by_name("2/4")), "2/4");
@@ -249,10 +249,14 @@ TEST_F(BatchJobFile, APlansDigestTellsBatchesApart) {
     EXPECT_NE(make_plan(read(text), {}).digest, digest);
 }
 
-TEST_F(BatchJobFile, RangesOfNumbersAreWrittenShort) {
-    EXPECT_EQ(ranges_of({}), "");
-    EXPECT_EQ(ranges_of({3}), "3");
-    EXPECT_EQ(ranges_of({0, 1, 2, 5, 7, 8}), "0-2, 5, 7-8");
+TEST_F(BatchJobFile, MissingNumbersAreWrittenAsRanges) {
+    EXPECT_EQ(ranges_text(missing_from({}, 0, 0)), "");
+    EXPECT_EQ(ranges_text(missing_from({}, 0, 200000)), "0-199999");
+    EXPECT_EQ(ranges_text(missing_from({3, 4, 6}, 0, 9)), "0-2, 5, 7-8");
+    EXPECT_EQ(ranges_text(missing_from({1, 2, 3}, 1, 4)), "");
+    std::vector<std::size_t> even;
+    for (std::size_t i = 0; i < 60; i += 2) even.push_back(i);
+    EXPECT_THAT(ranges_text(missing_from(even, 0, 60)), ::testing::EndsWith("37, 39 and 10 ranges more"));
 }
 
 }  // namespace

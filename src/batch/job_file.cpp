@@ -5,29 +5,26 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <optional>
-#include <set>
-#include <system_error>
 
-#include "base/nearest_word.hpp"
-#include "base/text_escape.hpp"
+#include "base/bounded_file.hpp"
+#include "batch/batch_limits.hpp"
+#include "batch/counting.hpp"
+#include "batch/job_text.hpp"
+#include "batch/words.hpp"
 #include "error.hpp"
 #include "picture/picture_file.hpp"
+#include "render/method.hpp"
 #include "render/picture_limits.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A list longer than this is a slip of the step, not a night's work.
-constexpr std::size_t MOST_ROTATIONS = 1000000;
+using namespace batch_limits;
 
 Place place_of(const toml::source_region& region) { return {region.begin.line, region.begin.column}; }
 
@@ -48,25 +45,6 @@ std::string kind_of(const toml::node& node) {
             return "a date or time";
     }
 }
-
-/// Mistakes found so far. Reading goes on after each, so that one run names them all.
-class Mistakes {
-  public:
-    explicit Mistakes(fs::path file) : file_(std::move(file)) {}
-    void add(const Place& place, const std::string& what) {
-        lines_.emplace(std::pair(place.line, place.column), located(file_, place, what));
-    }
-    void add(const toml::node& node, const std::string& what) { add(place_of(node.source()), what); }
-    void throw_if_any() const {
-        std::vector<std::string> lines;
-        for (const auto& [place, line] : lines_) lines.push_back(line);
-        if (!lines.empty()) throw InputError(lines);
-    }
-
-  private:
-    fs::path file_;
-    std::multimap<std::pair<std::size_t, std::size_t>, std::string> lines_;  ///< by place
-};
 
 /// One value of the file as the type that is wanted, or a mistake.
 class Reader {
@@ -90,15 +68,18 @@ class Reader {
         if (const auto value = node.value_exact<bool>()) return value;
         return wrong<bool>(node, "true or false");
     }
-    std::optional<std::string> text(const toml::node& node) {
+    std::optional<std::string> text(const toml::node& node, std::size_t most) {
         auto value = node.value_exact<std::string>();
-        if (value && !value->empty()) return value;
-        return wrong<std::string>(node, "a string in quotes");
+        if (!value || value->empty()) return wrong<std::string>(node, "a string in quotes");
+        if (value->size() > most) return wrong<std::string>(node, fmt::format("at most {} bytes", most));
+        if (value->find('\0') != std::string::npos) return wrong<std::string>(node, "no zero byte");
+        return value;
     }
     std::optional<std::string> word(const toml::node& node, const std::vector<std::string>& known) {
         auto value = node.value_exact<std::string>();
         if (value && std::find(known.begin(), known.end(), *value) != known.end()) return value;
-        const std::string near = value ? nearest_word(*value, known) : "";
+        if (!mistakes_.wanted(place_of(node.source()))) return std::nullopt;
+        const std::string near = value ? near_word(*value, known) : "";
         return wrong<std::string>(node, fmt::format("one of {}{}", fmt::join(known, ", "),
                                                     near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
     }
@@ -107,20 +88,21 @@ class Reader {
     void values(const toml::node& node, const std::function<void(const toml::node&)>& each) {
         const toml::array* list = node.as_array();
         if (list == nullptr) return each(node);
-        if (list->empty()) mistakes_.add(node, fmt::format("{}: the list is empty; give one value at least", key_));
+        if (list->empty()) mistake(node, "the list is empty; give one value at least");
         for (const toml::node& value : *list) each(value);
     }
 
     template <class T>
     std::optional<T> wrong(const toml::node& node, const std::string& right) {
+        if (!mistakes_.wanted(place_of(node.source()))) return std::nullopt;
         std::string given = kind_of(node);
-        if (const auto text = node.value_exact<std::string>()) given = fmt::format("\"{}\"", *text);
+        if (const auto text = node.value_exact<std::string>()) given = in_quotes(*text);
         if (node.is_number() || node.is_boolean()) given = fmt::format("{}", node_text(node));
-        mistakes_.add(node, fmt::format("{}: {} is given; it takes {}", key_, given, right));
+        mistake(node, fmt::format("{} is given; it takes {}", given, right));
         return std::nullopt;
     }
     void mistake(const toml::node& node, const std::string& what) {
-        mistakes_.add(node, fmt::format("{}: {}", key_, what));
+        mistakes_.add(place_of(node.source()), fmt::format("{}: {}", key_, what));
     }
 
   private:
@@ -140,7 +122,7 @@ void add_range(Reader& read, const toml::table& range, std::vector<double>& out)
     for (const auto& [key, value] : range) {
         const std::string name(key.str());
         if (name != "from" && name != "to" && name != "step") {
-            read.mistake(value, fmt::format("unknown key \"{}\" in a range; it takes from, to and step", name));
+            read.mistake(value, fmt::format("unknown key {} in a range; it takes from, to and step", in_quotes(name)));
             return;
         }
         const auto number = read.number(value, -limits::LARGEST_ROTATION_DEG, limits::LARGEST_ROTATION_DEG);
@@ -158,8 +140,10 @@ void add_range(Reader& read, const toml::table& range, std::vector<double>& out)
     }
     constexpr double ROUNDING = 1e-9;  // of a step: 0.1 does not divide 0.3 in binary
     const double count = std::floor(span / step + ROUNDING) + 1;
-    if (count > static_cast<double>(MOST_ROTATIONS)) {
-        return read.mistake(range, fmt::format("gives {:.0f} rotations; {} are the most", count, MOST_ROTATIONS));
+    const double all = static_cast<double>(out.size()) + count;
+    if (all > static_cast<double>(MOST_PICTURES)) {
+        return read.mistake(range, fmt::format("gives {:.0f} rotations{}; {} are the most of one batch", all,
+                                               out.empty() ? "" : " with those before it", MOST_PICTURES));
     }
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
         out.push_back(ends["from"] + static_cast<double>(i) * step);
@@ -167,48 +151,56 @@ void add_range(Reader& read, const toml::table& range, std::vector<double>& out)
 }
 
 void read_rotations(Reader& read, const toml::node& node, JobEntry& job) {
-    job.rotations.clear();
+    std::vector<double> rotations;
     read.values(node, [&](const toml::node& value) {
-        if (const toml::table* range = value.as_table()) return add_range(read, *range, job.rotations);
+        if (const toml::table* range = value.as_table()) return add_range(read, *range, rotations);
         const auto degrees = read.number(value, -limits::LARGEST_ROTATION_DEG, limits::LARGEST_ROTATION_DEG);
-        if (degrees) job.rotations.push_back(*degrees);
+        if (degrees) rotations.push_back(*degrees);
     });
+    job.rotations = std::move(rotations);
 }
 
 void read_outputs(Reader& read, const toml::node& node, JobEntry& job) {
-    job.outputs.clear();
+    const std::size_t count = node.is_array() ? node.as_array()->size() : 1;
+    if (count > MOST_OUTPUTS) {
+        return read.mistake(node, fmt::format("lists {} outputs; {} are the most of a job", count, MOST_OUTPUTS));
+    }
+    std::vector<Placed<Pattern>> outputs;
     read.values(node, [&](const toml::node& value) {
-        const auto text = read.text(value);
+        const auto text = read.text(value, LONGEST_NAME);
         if (!text) return;
         try {
             check_picture_suffix(*text);
-            job.outputs.push_back({Pattern(*text), place_of(value.source())});
+            outputs.push_back({Pattern(*text), place_of(value.source())});
         } catch (const UsageError& error) {
             read.mistake(value, error.what());
         }
     });
+    job.outputs = std::move(outputs);
 }
 
 /// Reads one key's value into a job.
 using KeyRule = std::function<void(Reader&, const toml::node&, JobEntry&)>;
 
 template <class T, class Convert>
-KeyRule words(std::vector<T> JobEntry::*list, const std::vector<std::string>& known, Convert convert) {
+KeyRule words(JobList<T> JobEntry::*list, const std::vector<std::string>& known, Convert convert) {
     return [=](Reader& read, const toml::node& node, JobEntry& job) {
-        (job.*list).clear();
+        std::vector<T> values;
         read.values(node, [&](const toml::node& value) {
-            if (const auto word = read.word(value, known)) (job.*list).push_back(convert(*word));
+            if (const auto word = read.word(value, known)) values.push_back(convert(*word));
         });
+        job.*list = std::move(values);
     };
 }
 
 template <class T>
-KeyRule wholes(std::vector<T> JobEntry::*list, std::uint64_t low, std::uint64_t high) {
+KeyRule wholes(JobList<T> JobEntry::*list, std::uint64_t low, std::uint64_t high) {
     return [=](Reader& read, const toml::node& node, JobEntry& job) {
-        (job.*list).clear();
+        std::vector<T> values;
         read.values(node, [&](const toml::node& value) {
-            if (const auto number = read.whole(value, low, high)) (job.*list).push_back(static_cast<T>(*number));
+            if (const auto number = read.whole(value, low, high)) values.push_back(static_cast<T>(*number));
         });
+        job.*list = std::move(values);
     };
 }
 
@@ -237,10 +229,11 @@ KeyRule one_word(const std::vector<std::string>& known, Access access) {
 }
 
 void read_maps(Reader& read, const toml::node& node, JobEntry& job) {
-    job.maps.clear();
+    std::vector<Placed<std::string>> maps;
     read.values(node, [&](const toml::node& value) {
-        if (const auto text = read.text(value)) job.maps.push_back({*text, place_of(value.source())});
+        if (const auto text = read.text(value, LONGEST_NAME)) maps.push_back({*text, place_of(value.source())});
     });
+    job.maps = std::move(maps);
 }
 
 /// Every key of a job: the flags of `render`, with _ for -.
@@ -256,7 +249,7 @@ const std::map<std::string, KeyRule>& key_rules() {
         {"bad_texels", one_word({"refuse", "zero"}, [](R& r, const std::string& w) { r.map.bad_texels = w; })},
         {"layer",
          [](Reader& read, const toml::node& node, JobEntry& job) {
-             if (const auto text = read.text(node)) job.recipe.map.layer = *text;
+             if (const auto text = read.text(node, LONGEST_LAYER)) job.recipe.map.layer = *text;
          }},
         {"part",
          [](Reader& read, const toml::node& node, JobEntry& job) {
@@ -302,42 +295,68 @@ std::string meant_key(const std::string& wrong) {
     std::string plain = wrong;
     std::replace(plain.begin(), plain.end(), '-', '_');
     if (const auto found = other_words.find(plain); found != other_words.end()) return found->second;
-    return nearest_word(plain, key_names());
+    return near_word(plain, key_names());
+}
+
+void unknown_key(Mistakes& mistakes, const toml::key& key) {
+    const std::string name(key.str());
+    const std::string meant = meant_key(name);
+    mistakes.add(place_of(key.source()),
+                 meant.empty()
+                     ? fmt::format("unknown key {}; a job has {}", in_quotes(name), fmt::join(key_names(), ", "))
+                     : fmt::format("unknown key {}; did you mean \"{}\"?", in_quotes(name), meant));
+}
+
+/// Keys that no rule is for, as they stand in the file: the words of only the first are made.
+void unknown_keys(Mistakes& mistakes, std::vector<const toml::key*> keys) {
+    const auto place = [](const toml::key* key) {
+        return std::pair(key->source().begin.line, key->source().begin.column);
+    };
+    std::sort(keys.begin(), keys.end(), [&](auto a, auto b) { return place(a) < place(b); });
+    for (const toml::key* key : keys) {
+        if (mistakes.wanted(place_of(key->source()))) unknown_key(mistakes, *key);
+    }
 }
 
 void read_keys(Mistakes& mistakes, const toml::table& table, JobEntry& job) {
+    std::vector<const toml::key*> unknown;
     for (const auto& [key, node] : table) {
-        const std::string name(key.str());
-        const auto rule = key_rules().find(name);
-        if (rule != key_rules().end()) {
-            Reader reader(mistakes, name);
-            rule->second(reader, node, job);
+        const auto rule = key_rules().find(std::string(key.str()));
+        if (rule == key_rules().end()) {
+            unknown.push_back(&key);
             continue;
         }
-        const std::string meant = meant_key(name);
-        mistakes.add(place_of(key.source()),
-                     meant.empty() ? fmt::format("unknown key \"{}\"; a job has {}", name, fmt::join(key_names(), ", "))
-                                   : fmt::format("unknown key \"{}\"; did you mean \"{}\"?", name, meant));
+        Reader reader(mistakes, rule->first);
+        rule->second(reader, node, job);
     }
+    unknown_keys(mistakes, std::move(unknown));
 }
 
 void check_job(Mistakes& mistakes, const toml::table& table, const JobEntry& job) {
     if (job.maps.empty() && !table.contains("map")) {
-        mistakes.add(table, "the job has no map; write map = \"maps/*.exr\", here or under [defaults]");
+        mistakes.add(place_of(table.source()),
+                     "the job has no map; write map = \"maps/*.exr\", here or under [defaults]");
     }
     if (job.outputs.empty() && !table.contains("output")) {
-        mistakes.add(table,
+        mistakes.add(place_of(table.source()),
                      "the job has no output; write output = \"out/{map}_{rotation:03}.exr\", here or under [defaults]");
     }
 }
 
-std::vector<JobEntry> read_jobs(Mistakes& mistakes, const toml::table& root, std::uint64_t default_seed) {
-    JobEntry defaults;
-    defaults.recipe.render.sampling.control_degree = DEFAULT_CONTROL_DEGREE;
-    defaults.seeds = {default_seed};
+void key_outside_of_jobs(Mistakes& mistakes, const toml::key& key) {
+    if (!mistakes.wanted(place_of(key.source()))) return;
+    const std::string name(key.str());
+    mistakes.add(place_of(key.source()),
+                 key_rules().contains(name)
+                     ? fmt::format("\"{}\" stands outside of any job; put it under [defaults] or [[job]]", name)
+                     : fmt::format("unknown key {}; a job file has [defaults] and [[job]]", in_quotes(name)));
+}
+
+/// The file's jobs, with `defaults` read from it; null where it has none.
+const toml::array* read_root(Mistakes& mistakes, const toml::table& root, JobEntry& defaults) {
     const toml::array* jobs = nullptr;
     for (const auto& [key, node] : root) {
-        const std::string name(key.str());
+        const std::string_view name = key.str();
         if (name == "defaults" && node.is_table()) {
             read_keys(mistakes, *node.as_table(), defaults);
         } else if (name == "job" && node.is_array_of_tables()) {
@@ -346,50 +365,69 @@ std::vector<JobEntry> read_jobs(Mistakes& mistakes, const toml::table& root, std
             mistakes.add(place_of(key.source()),
                          fmt::format("{} is {}; write [defaults] once and [[job]] for each job", name, kind_of(node)));
         } else {
-            const bool of_job = key_rules().contains(name);
-            mistakes.add(place_of(key.source()),
-                         of_job
-                             ? fmt::format("\"{}\" stands outside of any job; put it under [defaults] or [[job]]", name)
-                             : fmt::format("unknown key \"{}\"; a job file has [defaults] and [[job]]", name));
+            key_outside_of_jobs(mistakes, key);
         }
     }
+    if (jobs == nullptr) mistakes.add(Place{}, "there is no job; write one under [[job]]");
+    return jobs;
+}
+
+std::vector<JobEntry> read_jobs(Mistakes& mistakes, const toml::table& root, std::uint64_t default_seed) {
+    JobEntry defaults;
+    defaults.recipe.render.sampling.control_degree = DEFAULT_CONTROL_DEGREE;
+    defaults.seeds = {default_seed};
     std::vector<JobEntry> entries;
-    if (jobs == nullptr) {
-        mistakes.add(Place{}, "there is no job; write one under [[job]]");
-        return entries;
-    }
+    const toml::array* jobs = read_root(mistakes, root, defaults);
+    if (jobs == nullptr) return entries;
+    PictureCount pictures;
     for (const toml::node& node : *jobs) {
         const toml::table& table = *node.as_table();
         JobEntry job = defaults;
         job.place = place_of(table.source());
         read_keys(mistakes, table, job);
         check_job(mistakes, table, job);
+        try {
+            pictures.add(job, std::max<std::size_t>(job.maps.size(), 1));
+        } catch (const UsageError& error) {
+            mistakes.add(job.place, error.what());
+            break;  // the rest could be as large
+        }
         entries.push_back(std::move(job));
     }
     return entries;
 }
 
-std::string text_of(const fs::path& file) {
-    std::error_code error;
-    if (fs::is_directory(file, error)) {
-        throw InputError(fmt::format("{}: is a folder; name a job file", file.string()));
-    }
-    std::ifstream in(file, std::ios::binary);
-    if (!in) {
-        throw InputError(fmt::format("{}: cannot be opened: {}; check the path", file.string(),
-                                     std::generic_category().message(errno)));
-    }
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 }  // namespace
 
-std::string located(const fs::path& file, const Place& place, const std::string& what) {
-    return fmt::format("{}:{}:{}: {}", file.string(), place.line, place.column, what);
+std::size_t pictures_of_a_map(const JobEntry& entry) {
+    // A list whose values are all mistakes counts as one: the others may be long.
+    const auto count = [](const auto& list) { return std::max<std::size_t>(list.size(), 1); };
+    const auto drawing =
+        static_cast<std::size_t>(std::count_if(entry.estimators.begin(), entry.estimators.end(), draws_samples));
+    const std::size_t sets =
+        saturated_product(saturated_product(count(entry.samples), count(entry.sequences)), count(entry.seeds));
+    const std::size_t all = saturated_sum(saturated_product(drawing, sets), count(entry.estimators) - drawing);
+    return saturated_product(all, count(entry.rotations));
+}
+
+void PictureCount::add(const JobEntry& entry, std::size_t maps) {
+    const std::size_t of_entry = saturated_product(pictures_of_a_map(entry), maps);
+    if (of_entry > MOST_PICTURES) {
+        throw UsageError(
+            fmt::format("gives {} pictures; {} are the most of one batch; split the file", of_entry, MOST_PICTURES));
+    }
+    pictures_ += of_entry;
+    if (pictures_ > MOST_PICTURES) {
+        throw UsageError(
+            fmt::format("the jobs up to this one give {} pictures; {} are the most of one batch; split "
+                        "the file",
+                        pictures_, MOST_PICTURES));
+    }
 }
 
 JobFile read_job_file(const fs::path& file, std::uint64_t default_seed) {
-    const std::string text = text_of(file);
+    const std::string text = read_bounded(file, MOST_JOB_FILE_BYTES, "a job file");
+    check_job_text(file, text);
     Mistakes mistakes(file);
     try {
         JobFile jobs{file, read_jobs(mistakes, toml::parse(text), default_seed)};

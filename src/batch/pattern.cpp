@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "base/nearest_word.hpp"
+#include "batch/words.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -65,7 +65,8 @@ Pattern::Pattern(const std::string& text) : text_(text) {
             add_field(text.substr(i + 1, end - i - 1));
             i = end;
         } else {
-            throw UsageError(fmt::format("\"{}\" has a lone {}; write {}{} for the character itself", text, c, c, c));
+            throw UsageError(
+                fmt::format("{} has a lone {}; write {}{} for the character itself", in_quotes(text), c, c, c));
         }
     }
     flush();
@@ -77,11 +78,10 @@ void Pattern::add_field(const std::string& inside) {
     part.field = inside.substr(0, colon);
     const auto& known = fields();
     if (std::find(known.begin(), known.end(), part.field) == known.end()) {
-        const std::string near = nearest_word(part.field, known);
-        throw UsageError(
-            near.empty() ? fmt::format("\"{}\" has no field {{{}}}; it may have {{{}}}", text_, part.field,
-                                       fmt::join(known, "}, {"))
-                         : fmt::format("\"{}\" has no field {{{}}}; did you mean {{{}}}?", text_, part.field, near));
+        const std::string near = near_word(part.field, known);
+        const std::string meant = near.empty() ? fmt::format("it may have {{{}}}", fmt::join(known, "}, {"))
+                                               : fmt::format("did you mean {{{}}}?", near);
+        throw UsageError(fmt::format("{} has no field {{{}}}; {}", in_quotes(text_), shortened(part.field), meant));
     }
     if (colon != std::string::npos) {
         const std::string form = inside.substr(colon + 1);
@@ -98,9 +98,9 @@ void Pattern::add_field(const std::string& inside) {
                            is_number_field(part.field) && (!has_precision || part.field == "rotation");
         if (!right) {
             throw UsageError(
-                fmt::format("\"{}\": {{{}}} cannot be written; numbers take a width, as {{samples:05}}, "
+                fmt::format("{}: {{{}}} cannot be written; numbers take a width, as {{samples:05}}, "
                             "and {{rotation:03.1}} digits after the point too",
-                            text_, inside));
+                            in_quotes(text_), shortened(inside)));
         }
         part.width = width.empty() ? 0 : std::stoul(width);
         if (has_precision) part.precision = std::stoi(digits);

@@ -1,12 +1,12 @@
 #include "batch/plan.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <glob.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <charconv>
+#include <deque>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -18,7 +18,10 @@
 #include "base/digest.hpp"
 #include "base/json_text.hpp"
 #include "base/output_check.hpp"
+#include "batch/batch_limits.hpp"
 #include "batch/cost.hpp"
+#include "batch/map_glob.hpp"
+#include "batch/words.hpp"
 #include "error.hpp"
 #include "map/image_source.hpp"
 #include "render/method.hpp"
@@ -32,28 +35,15 @@ std::string scene_key(const MapOptions& options) {
 }
 
 namespace fs = std::filesystem;
+using namespace batch_limits;
 
 /// What a map that cannot be read is taken for in costs; its jobs fail at once, so it hardly matters.
 constexpr std::size_t UNREADABLE_WIDTH = 1024;
 constexpr std::size_t UNREADABLE_HEIGHT = 512;
-constexpr std::size_t MOST_MISTAKES = 20;
-constexpr std::size_t MOST_JOBS = std::size_t{1} << 24;
 
 /// A path of the job file as seen from here.
 std::string from_folder(const fs::path& folder, const std::string& path) {
     return (fs::path(path).is_absolute() ? fs::path(path) : folder / path).lexically_normal().string();
-}
-
-/// Files that a shell's pattern matches, sorted by bytes.
-std::vector<std::string> matches(const std::string& pattern) {
-    glob_t found{};
-    std::vector<std::string> files;
-    if (::glob(pattern.c_str(), GLOB_BRACE, nullptr, &found) == 0) {
-        files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-    }
-    ::globfree(&found);
-    std::sort(files.begin(), files.end());
-    return files;
 }
 
 class Planner {
@@ -61,7 +51,8 @@ class Planner {
     Planner(const JobFile& jobs, const fs::path& output_folder, std::span<const fs::path> reports)
         : jobs_(jobs),
           folder_(jobs.file.parent_path()),
-          output_folder_(output_folder.empty() ? folder_ : output_folder) {
+          output_folder_(output_folder.empty() ? folder_ : output_folder),
+          mistakes_(jobs.file) {
         keep(jobs.file, "the job file");
         for (const fs::path& report : reports) keep(report, "a report of this batch");
     }
@@ -70,8 +61,11 @@ class Planner {
         for (const JobEntry& entry : jobs_.jobs) add_entry(entry);
         for (const auto& [key, map] : maps_) keep(map->file, "a map of this batch");
         if (mistakes_.empty()) check_files_are_kept();
-        if (!mistakes_.empty()) throw InputError(mistakes_);
+        mistakes_.throw_if_any();
         Plan plan{jobs_.file, {}, sorted_jobs()};
+        // Their memory is wanted for the digest, which sees every job's words at once.
+        drafts_.clear();
+        owners_.clear();
         add_costs(plan.jobs);
         plan.digest = digest_of_plan(plan.jobs);
         return plan;
@@ -79,74 +73,116 @@ class Planner {
 
   private:
     void mistake(const Place& place, const std::string& what) {
-        if (mistakes_.size() == MOST_MISTAKES) mistakes_.emplace_back("and more of the kind");
-        if (mistakes_.size() < MOST_MISTAKES) mistakes_.push_back(located(jobs_.file, place, what));
+        mistakes_.add(place, what);
+        if (mistakes_.full()) mistakes_.throw_if_any();
+    }
+    /// Ends planning: what comes after a bound was passed would only take more.
+    [[noreturn]] void refuse(const Place& place, const std::string& what) {
+        mistakes_.add(place, what);
+        mistakes_.throw_if_any();
+        throw InputError(located(jobs_.file, place, what));
     }
 
     void add_entry(const JobEntry& entry) {
-        for (const auto& [pattern, place] : entry.maps) {
-            const std::string path = from_folder(folder_, pattern);
-            std::vector<std::string> files = matches(path);
-            std::error_code error;
-            if (files.empty() && fs::exists(path, error)) files = {path};  // a name with brackets in it
-            std::erase_if(files, [&](const std::string& file) { return fs::is_directory(file, error); });
-            if (files.empty()) mistake(place, fmt::format("map: no file is named {}; check the path", path));
-            for (const auto& file : files) add_map(entry, file);
+        std::vector<std::string> maps;
+        for (const auto& map : entry.maps) add_files(map, maps);
+        try {
+            pictures_.add(entry, maps.size());
+        } catch (const UsageError& error) {
+            refuse(entry.place, error.what());
         }
+        for (const auto& map : maps) add_map(entry, map);
+    }
+
+    /// Files that a shell's pattern matches, sorted by bytes.
+    void add_files(const Placed<std::string>& pattern, std::vector<std::string>& maps) {
+        const std::string path = from_folder(folder_, pattern.value);
+        std::vector<std::string> files;
+        try {
+            files = glob_.files(path);
+        } catch (const UsageError& error) {
+            refuse(pattern.place, fmt::format("map: {}", error.what()));
+        }
+        std::error_code error;
+        if (files.empty() && fs::exists(path, error)) files = {path};  // a name with brackets in it
+        std::erase_if(files, [&](const std::string& file) { return fs::is_directory(file, error); });
+        if (files.empty()) {
+            mistake(pattern.place, fmt::format("map: no file is named {}; check the path", shortened(path)));
+        }
+        if (files.size() + maps.size() > MOST_PICTURES) {
+            refuse(pattern.place, fmt::format("map: {} files are found; {} pictures are the most of one batch",
+                                              files.size() + maps.size(), MOST_PICTURES));
+        }
+        std::move(files.begin(), files.end(), std::back_inserter(maps));
     }
 
     void add_map(const JobEntry& entry, const std::string& file) {
-        JobEntry of_map = entry;
-        of_map.recipe.map.file = file;
-        auto& map = maps_[scene_key(of_map.recipe.map)];
-        if (!map) map = look_at(of_map.recipe.map);
+        PictureRecipe recipe = entry.recipe;
+        recipe.map.file = file;
+        auto& map = maps_[scene_key(recipe.map)];
+        if (!map) map = look_at(recipe.map);
         for (const Estimator estimator : entry.estimators) {
-            of_map.recipe.render.estimator = estimator;
+            recipe.render.estimator = estimator;
             // An estimator that draws nothing gives one picture, whatever the lists of samples, sequences and seeds.
             const bool all = draws_samples(estimator);
             for (std::size_t n = 0; n < (all ? entry.samples.size() : 1); ++n) {
                 for (std::size_t s = 0; s < (all ? entry.sequences.size() : 1); ++s) {
                     for (std::size_t k = 0; k < (all ? entry.seeds.size() : 1); ++k) {
-                        of_map.recipe.render.samples = entry.samples[n];
-                        of_map.recipe.render.sampling.sequence = entry.sequences[s];
-                        of_map.recipe.render.sampling.seed = entry.seeds[k];
-                        add_rotations(of_map, map);
+                        recipe.render.samples = entry.samples[n];
+                        recipe.render.sampling.sequence = entry.sequences[s];
+                        recipe.render.sampling.seed = entry.seeds[k];
+                        add_rotations(entry, recipe, map);
                     }
                 }
             }
         }
     }
 
-    void add_rotations(const JobEntry& entry, const std::shared_ptr<const PlannedMap>& map) {
+    void add_rotations(const JobEntry& entry, const PictureRecipe& recipe,
+                       const std::shared_ptr<const PlannedMap>& map) {
         for (std::size_t frame = 0; frame < entry.rotations.size(); ++frame) {
-            if (drafts_.size() >= MOST_JOBS) {
-                if (mistakes_.empty()) mistake(entry.place, fmt::format("gives more than {} pictures", MOST_JOBS));
-                return;
-            }
-            Draft draft{{}, entry.place, values_of(entry, frame)};
-            draft.job.recipe = entry.recipe;
-            draft.job.recipe.map.rotate_y = entry.rotations[frame];
-            draft.job.recipe.render.sampling.rotate_y_deg = entry.rotations[frame];
-            draft.job.recipe.render.scale = entry.recipe.map.scale;
-            draft.job.map = map;
-            for (const auto& [pattern, place] : entry.outputs) {
-                draft.job.outputs.push_back(from_folder(output_folder_, pattern.expand(draft.values)));
-            }
-            drafts_.push_back(std::move(draft));
+            Job job;
+            job.recipe = recipe;
+            job.recipe.map.rotate_y = entry.rotations[frame];
+            job.recipe.render.sampling.rotate_y_deg = entry.rotations[frame];
+            job.recipe.render.scale = recipe.map.scale;
+            job.map = map;
+            add_outputs(entry, frame, job);
+            drafts_.push_back({std::move(job), entry.place});
             for (std::size_t o = 0; o < entry.outputs.size(); ++o) {
                 claim(drafts_.back().job.outputs[o], drafts_.size() - 1, entry.outputs[o].place);
             }
         }
     }
 
-    static PatternValues values_of(const JobEntry& entry, std::size_t frame) {
-        const fs::path map(entry.recipe.map.file);
-        const RenderOptions& render = entry.recipe.render;
+    void add_outputs(const JobEntry& entry, std::size_t frame, Job& job) {
+        PatternValues values = values_of(job.recipe);
+        values.frame = frame;
+        job.outputs.reserve(entry.outputs.size());
+        for (const auto& [pattern, place] : entry.outputs) {
+            job.outputs.push_back(from_folder(output_folder_, pattern.expand(values)));
+            if (const std::size_t bytes = job.outputs.back().size(); bytes > LONGEST_NAME) {
+                refuse(place, fmt::format("output: a name has {} bytes with its folder; {} are the most", bytes,
+                                          LONGEST_NAME));
+            }
+            name_bytes_ += job.outputs.back().size();
+        }
+        name_bytes_ += job.recipe.map.file.size();
+        if (name_bytes_ > MOST_NAME_BYTES) {
+            refuse(entry.place, fmt::format("the names of maps and outputs up to this job have {} bytes; {} are the "
+                                            "most of one batch; split the file or shorten them",
+                                            name_bytes_, MOST_NAME_BYTES));
+        }
+    }
+
+    /// All but the frame.
+    static PatternValues values_of(const PictureRecipe& recipe) {
+        const fs::path map(recipe.map.file);
+        const RenderOptions& render = recipe.render;
         PatternValues values;
         values.map = map.stem().string();
         values.folder = folder_name(map);
-        values.rotation = entry.rotations[frame];
-        values.frame = frame;
+        values.rotation = recipe.map.rotate_y;
         values.estimator = estimator_name(render.estimator);
         values.size = render.size;
         if (draws_samples(render.estimator)) {
@@ -170,11 +206,11 @@ class Planner {
         if (!identity) return;
         const auto [found, fresh] = owners_.try_emplace(*identity, draft);
         if (fresh) return;
-        const PatternValues& a = drafts_[found->second].values;
-        const PatternValues& b = drafts_[draft].values;
+        const PatternValues a = values_of(drafts_[found->second].job.recipe);
+        const PatternValues b = values_of(drafts_[draft].job.recipe);
         const std::string field = differing_field(a, b, found->second == draft);
         mistake(place, fmt::format("two {} would be written to {}{}", found->second == draft ? "outputs" : "jobs",
-                                   output, field));
+                                   shortened(output), field));
     }
 
     /// What would tell two outputs apart.
@@ -232,11 +268,10 @@ class Planner {
 
     /// In order of their maps' first jobs, and as written among those of one map.
     std::vector<Job> sorted_jobs() {
-        std::map<std::string, std::size_t> order;
+        std::map<const PlannedMap*, std::size_t> order;
         std::vector<std::pair<std::size_t, std::size_t>> by_scene;
         for (std::size_t i = 0; i < drafts_.size(); ++i) {
-            by_scene.emplace_back(order.try_emplace(scene_key(drafts_[i].job.recipe.map), order.size()).first->second,
-                                  i);
+            by_scene.emplace_back(order.try_emplace(drafts_[i].job.map.get(), order.size()).first->second, i);
         }
         std::sort(by_scene.begin(), by_scene.end());
         std::vector<Job> jobs;
@@ -253,7 +288,7 @@ class Planner {
             Job& job = jobs[i];
             const std::size_t width = job.map->width != 0 ? job.map->width : UNREADABLE_WIDTH;
             const std::size_t height = job.map->height != 0 ? job.map->height : UNREADABLE_HEIGHT;
-            const bool first = i == 0 || !same_scene(jobs[i - 1].recipe.map, job.recipe.map);
+            const bool first = i == 0 || !same_scene(jobs[i - 1], job);
             job.cost_ns = picture_cost_ns(job.recipe.render, width, height, job.outputs.size()) +
                           (first ? map_cost_ns(width, height) : 0);
             job.memory_bytes = scene_bytes(width, height) + estimator_bytes(job.recipe.render, width * height) +
@@ -282,14 +317,16 @@ class Planner {
     struct Draft {
         Job job;
         Place place;
-        PatternValues values;
     };
 
     const JobFile& jobs_;
     fs::path folder_;
     fs::path output_folder_;
-    std::vector<std::string> mistakes_;
-    std::vector<Draft> drafts_;
+    Mistakes mistakes_;
+    MapGlob glob_;
+    PictureCount pictures_;
+    std::size_t name_bytes_ = 0;
+    std::deque<Draft> drafts_;  ///< not moved as they grow, which would take their memory twice
     std::map<std::string, std::shared_ptr<const PlannedMap>> maps_;
     std::map<FileIdentity, std::size_t> owners_;
     std::map<FileIdentity, std::pair<std::string, const char*>> kept_;
@@ -320,7 +357,7 @@ std::uint64_t Plan::cost_ns() const {
                            [](std::uint64_t sum, const Job& job) { return sum + job.cost_ns; });
 }
 
-bool same_scene(const MapOptions& a, const MapOptions& b) { return scene_key(a) == scene_key(b); }
+bool same_scene(const Job& a, const Job& b) { return a.map == b.map; }
 
 Plan make_plan(const JobFile& jobs, const fs::path& output_folder, std::span<const fs::path> reports) {
     return Planner(jobs, output_folder, reports).plan();
@@ -331,6 +368,10 @@ Shard shard_by_name(const std::string& name) {
     const Shard shard{count_in(name.substr(0, slash)), count_in(name.substr(std::min(slash + 1, name.size())))};
     if (shard.number == 0 || shard.count == 0 || shard.number > shard.count) {
         throw UsageError(fmt::format("--shard {}: not a part of a whole, such as 1/4 to 4/4", name));
+    }
+    if (shard.count > MOST_PICTURES) {
+        throw UsageError(
+            fmt::format("--shard {}: {} parts are the most, as many as pictures of one batch", name, MOST_PICTURES));
     }
     return shard;
 }

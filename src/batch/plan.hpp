@@ -36,7 +36,7 @@ struct Job {
     std::size_t index = 0;  ///< place in the whole plan, from 0
     PictureRecipe recipe;
     std::vector<std::string> outputs;
-    std::shared_ptr<const PlannedMap> map;
+    std::shared_ptr<const PlannedMap> map;  ///< one for jobs that read it the same way, another for others
     std::uint64_t cost_ns = 0;  ///< estimated time of two cores, with the map's share where it is the map's first job
     std::size_t memory_bytes = 0;  ///< estimated, beside what the process takes by itself
 };
@@ -49,8 +49,8 @@ struct Plan {
     [[nodiscard]] std::uint64_t cost_ns() const;
 };
 
-/// Whether two jobs can share a map in memory and its tables.
-bool same_scene(const MapOptions& a, const MapOptions& b);
+/// Whether two jobs of a plan can share a map in memory and its tables.
+bool same_scene(const Job& a, const Job& b);
 
 /// Expands a job file: globs, lists and patterns. Paths start from the job file's folder, outputs from `output_folder`
 /// unless that is empty. Throws InputError with a line for every mistake: a map that no file matches, two jobs with one

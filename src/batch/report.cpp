@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
 
-#include "error.hpp"
+#include "base/text_escape.hpp"
+#include "batch/report_file.hpp"
+#include "batch/words.hpp"
 #include "render/method.hpp"
 
 namespace clerestory {
@@ -19,6 +21,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr double NANOSECONDS = 1e9;
+constexpr int BEST_RANK = 2;  ///< of rank_of
+/// Shards whose command is told, and ranges of numbers.
+constexpr std::size_t MOST_LISTED = 20;
 
 json describe_job(const Job& job) {
     const RenderOptions& render = job.recipe.render;
@@ -47,59 +52,9 @@ json seconds_of(const StageSeconds& stages) {
     return seconds;
 }
 
-/// How complete a job is: of two reports the better one counts.
-int rank_of(const std::string& status) {
-    if (status == "done" || status == "skipped") return 2;
-    return status == "failed" ? 1 : 0;
-}
-
-/// One report file, checked as far as joining needs it.
-class ReportFile {
-  public:
-    explicit ReportFile(fs::path file) : file_(std::move(file)) {
-        std::ifstream in(file_);
-        if (!in) throw InputError(fmt::format("{}: cannot be opened; check the path", file_.string()));
-        try {
-            report_ = json::parse(in);
-            plan = report_.at("plan").get<std::string>();
-            plan_jobs = report_.at("plan_jobs").get<std::size_t>();
-            shards = report_.at("shards").get<std::size_t>();
-            if (report_.at("shard").is_number()) present.insert(report_.at("shard").get<std::size_t>());
-            if (report_.contains("shards_present")) present = report_.at("shards_present").get<std::set<std::size_t>>();
-            seconds = report_.at("seconds").at("total").get<double>();
-            for (const json& job : report_.at("jobs")) {
-                const auto index = job.at("index").get<std::size_t>();
-                job.at("outputs").get<std::vector<std::string>>();
-                jobs.emplace(index, std::pair(rank_of(job.at("status").get<std::string>()), job));
-            }
-        } catch (const json::exception&) {
-            throw InputError(fmt::format("{}: is no report of a finished `clerestory batch`", file_.string()));
-        }
-    }
-    void check_same_plan(const ReportFile& first) const {
-        if (plan == first.plan && plan_jobs == first.plan_jobs && shards == first.shards) return;
-        throw InputError(
-            fmt::format("{}: is of another batch than {} (other jobs, maps or number of shards); merge "
-                        "reports of one batch",
-                        file_.string(), first.file_.string()));
-    }
-    [[nodiscard]] const json& report() const { return report_; }
-
-    std::string plan;
-    std::size_t plan_jobs = 0;
-    std::size_t shards = 0;
-    std::set<std::size_t> present;
-    double seconds = 0;
-    std::map<std::size_t, std::pair<int, json>> jobs;
-
-  private:
-    fs::path file_;
-    json report_;
-};
-
 /// Sets done jobs whose files are gone to "lost".
 void look_for_outputs(json& job) {
-    if (rank_of(job["status"].get<std::string>()) < 2) return;
+    if (rank_of(job["status"].get<std::string>()) < BEST_RANK) return;
     for (const auto& output : job["outputs"]) {
         std::error_code error;
         if (fs::exists(output.get<std::string>(), error)) continue;
@@ -109,21 +64,75 @@ void look_for_outputs(json& job) {
     }
 }
 
-std::size_t count_of(const json& counts, const char* status) { return counts.value(status, std::size_t{0}); }
+/// The jobs of several reports, each as the best of them tells it.
+class JoinedJobs {
+  public:
+    void add(std::size_t index, json job) {
+        const auto kept = jobs_.find(index);
+        if (kept == jobs_.end()) {
+            jobs_.emplace(index, std::move(job));
+        } else if (status_rank(job) > status_rank(kept->second)) {
+            kept->second = std::move(job);
+        }
+    }
+
+    [[nodiscard]] std::vector<std::size_t> indices() const {
+        std::vector<std::size_t> indices;
+        indices.reserve(jobs_.size());
+        for (const auto& [index, job] : jobs_) indices.push_back(index);
+        return indices;
+    }
+
+    /// Moves them into the report, which has a batch of `plan_jobs`, with how many of each status there are.
+    void move_to(MergedReport& merged, std::size_t plan_jobs) {
+        std::map<std::string, std::size_t> counts = {{"done", 0},   {"skipped", 0},
+                                                     {"failed", 0}, {"not run", 0},
+                                                     {"lost", 0},   {"missing", plan_jobs - jobs_.size()}};
+        json::array_t all;
+        all.reserve(jobs_.size());
+        for (auto& [index, job] : jobs_) {
+            look_for_outputs(job);
+            const auto status = job["status"].get<std::string>();
+            ++counts[status];
+            if (rank_of(status) < BEST_RANK) merged.incomplete.push_back(line_of(index, status, job));
+            all.push_back(std::move(job));
+        }
+        merged.report["counts"] = counts;
+        merged.report["jobs"] = std::move(all);
+    }
+
+  private:
+    static int status_rank(const json& job) { return rank_of(job["status"].get_ref<const std::string&>()); }
+
+    static std::string line_of(std::size_t index, const std::string& status, const json& job) {
+        constexpr std::size_t MOST_WORDS = 1000;
+        const std::string error = job.value("error", std::string());
+        return one_line(
+            fmt::format("job {}: {}{}{}", index, status, error.empty() ? "" : ": ", shortened(error, MOST_WORDS)));
+    }
+
+    std::map<std::size_t, json> jobs_;
+};
+
+/// What to type for one shard. The job file's name is whatever the report says, and goes into a shell.
+std::string command_of_shard(const std::string& file, std::size_t shard, std::size_t shards) {
+    return fmt::format("run `clerestory batch {} --shard {}/{} --resume`", shell_path(file), shard, shards);
+}
+
+void tell_missing_shards(const ReportHead& head, std::vector<NumberRange> missing, std::vector<std::string>& lines) {
+    std::size_t told = 0;
+    std::vector<NumberRange> rest;
+    for (NumberRange& range : missing) {
+        for (; range.first <= range.last && told < MOST_LISTED; ++range.first, ++told) {
+            lines.push_back(fmt::format("shard {}/{}: no report; {}", range.first, head.shards,
+                                        command_of_shard(head.file, range.first, head.shards)));
+        }
+        if (range.first <= range.last) rest.push_back(range);
+    }
+    if (!rest.empty()) lines.push_back(fmt::format("shards {}: no report either", ranges_text(rest)));
+}
 
 }  // namespace
-
-std::string ranges_of(const std::vector<std::size_t>& sorted) {
-    std::string text;
-    for (std::size_t i = 0; i < sorted.size();) {
-        std::size_t end = i;
-        while (end + 1 < sorted.size() && sorted[end + 1] == sorted[end] + 1) ++end;
-        text += fmt::format("{}{}", text.empty() ? "" : ", ", sorted[i]);
-        if (end > i) text += fmt::format("-{}", sorted[end]);
-        i = end + 1;
-    }
-    return text;
-}
 
 json plan_report(const Plan& plan, const Shard& shard, std::span<const Job> jobs, const BatchOptions& options) {
     json report = head_of(plan, shard);
@@ -169,59 +178,49 @@ json batch_report(const Plan& plan, const Shard& shard, std::span<const Job> job
     return report;
 }
 
-MergedReport merge_reports(const std::vector<fs::path>& files) {
-    std::vector<ReportFile> reports;
-    for (const auto& file : files) {
-        reports.emplace_back(file);
-        reports.back().check_same_plan(reports.front());
+std::vector<NumberRange> missing_from(const std::vector<std::size_t>& sorted, std::size_t first, std::size_t end) {
+    std::vector<NumberRange> missing;
+    for (const std::size_t number : sorted) {
+        if (number > first) missing.push_back({first, number - 1});
+        first = number + 1;
     }
-    const ReportFile& first = reports.front();
-    std::map<std::size_t, std::pair<int, json>> jobs;
+    if (end > first) missing.push_back({first, end - 1});
+    return missing;
+}
+
+std::string ranges_text(const std::vector<NumberRange>& ranges) {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(ranges.size(), MOST_LISTED); ++i) {
+        text += fmt::format("{}{}", text.empty() ? "" : ", ", ranges[i].first);
+        if (ranges[i].last > ranges[i].first) text += fmt::format("-{}", ranges[i].last);
+    }
+    if (ranges.size() > MOST_LISTED) text += fmt::format(" and {} ranges more", ranges.size() - MOST_LISTED);
+    return text;
+}
+
+MergedReport merge_reports(const std::vector<fs::path>& files) {
+    std::optional<ReportHead> first;
+    JoinedJobs jobs;
     std::set<std::size_t> present;
     double seconds = 0;
-    for (ReportFile& report : reports) {
-        seconds += report.seconds;
-        present.insert(report.present.begin(), report.present.end());
-        for (auto& [index, ranked] : report.jobs) {
-            const auto [kept, fresh] = jobs.try_emplace(index, ranked);
-            if (!fresh && ranked.first > kept->second.first) kept->second = ranked;
-        }
+    for (const auto& file : files) {
+        const ReportHead head =
+            read_report(file, [&](std::size_t index, json job) { jobs.add(index, std::move(job)); });
+        if (!first) first = head;
+        check_same_plan(head, *first);
+        present.insert(head.present.begin(), head.present.end());
+        seconds += head.seconds;
     }
-
     MergedReport merged;
-    json& all = merged.report;
-    for (const char* key : {"version", "file", "plan", "plan_jobs", "shards"})
-        all[key] = first.report().value(key, json());
-    all["shard"] = nullptr;
-    all["shards_present"] = present;
-    all["seconds"] = {{"total", seconds}};
-    all["counts"] = {{"done", 0}, {"skipped", 0}, {"failed", 0}, {"not run", 0}, {"lost", 0}, {"missing", 0}};
-    all["jobs"] = json::array();
-    std::vector<std::size_t> missing;
-    for (std::size_t index = 0; index < first.plan_jobs; ++index) {
-        const auto found = jobs.find(index);
-        if (found == jobs.end()) {
-            missing.push_back(index);
-            continue;
-        }
-        json& job = found->second.second;
-        look_for_outputs(job);
-        const auto status = job["status"].get<std::string>();
-        all["counts"][status] = count_of(all["counts"], status.c_str()) + 1;
-        if (rank_of(status) < 2) {
-            merged.incomplete.push_back(fmt::format(
-                "job {}: {}{}", index, status, job.contains("error") ? ": " + job["error"].get<std::string>() : ""));
-        }
-        all["jobs"].push_back(std::move(job));
-    }
-    all["counts"]["missing"] = missing.size();
-    for (std::size_t shard = 1; shard <= first.shards; ++shard) {
-        if (present.contains(shard)) continue;
-        merged.incomplete.push_back(
-            fmt::format("shard {0}/{1}: no report; run `clerestory batch {2} --shard {0}/{1} --resume`", shard,
-                        first.shards, all["file"].get<std::string>()));
-    }
-    if (!missing.empty()) merged.incomplete.push_back(fmt::format("jobs {}: in no report", ranges_of(missing)));
+    merged.report = {{"version", first->version}, {"file", first->file},
+                     {"plan", first->plan},       {"plan_jobs", first->plan_jobs},
+                     {"shards", first->shards},   {"shard", nullptr},
+                     {"shards_present", present}, {"seconds", {{"total", seconds}}}};
+    const auto missing = missing_from(jobs.indices(), 0, first->plan_jobs);
+    jobs.move_to(merged, first->plan_jobs);
+    const std::vector<std::size_t> shards(present.begin(), present.end());
+    tell_missing_shards(*first, missing_from(shards, 1, first->shards + 1), merged.incomplete);
+    if (!missing.empty()) merged.incomplete.push_back(fmt::format("jobs {}: in no report", ranges_text(missing)));
     return merged;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -26,10 +27,17 @@ struct MergedReport {
 
 /// Joins reports of one plan. A job that several reports hold counts as the best of them: tasks that were requeued
 /// report twice. Outputs that a report calls done and that do not stand are missing. Throws InputError where a file is
-/// no report of a batch, or of another plan than the first.
+/// no report of a batch, or of another plan than the first: reports come from anywhere, and say what they like.
 MergedReport merge_reports(const std::vector<std::filesystem::path>& files);
 
-/// "0-4, 7, 9-12"
-std::string ranges_of(const std::vector<std::size_t>& sorted);
+/// Numbers from `first` to `last`, both of them included.
+struct NumberRange {
+    std::size_t first;
+    std::size_t last;
+};
+/// The numbers from `first` up to but not `end` that are missing from a sorted list.
+std::vector<NumberRange> missing_from(const std::vector<std::size_t>& sorted, std::size_t first, std::size_t end);
+/// "0-4, 7, 9-12"; of very many ranges the first, and how many more there are.
+std::string ranges_text(const std::vector<NumberRange>& ranges);
 
 }  // namespace clerestory

@@ -47,7 +47,7 @@ std::vector<std::span<const Job>> groups_of(std::span<const Job> jobs) {
     std::vector<std::span<const Job>> groups;
     for (std::size_t begin = 0; begin < jobs.size();) {
         std::size_t end = begin + 1;
-        while (end < jobs.size() && same_scene(jobs[begin].recipe.map, jobs[end].recipe.map)) ++end;
+        while (end < jobs.size() && same_scene(jobs[begin], jobs[end])) ++end;
         groups.push_back(jobs.subspan(begin, end - begin));
         begin = end;
     }

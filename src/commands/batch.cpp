@@ -21,6 +21,7 @@
 #include "base/json_text.hpp"
 #include "base/standard_streams.hpp"
 #include "base/text_escape.hpp"
+#include "batch/batch_limits.hpp"
 #include "batch/job_file.hpp"
 #include "batch/plan.hpp"
 #include "batch/report.hpp"
@@ -176,7 +177,7 @@ Shard shard_of_array_task() {
             "the tasks of this Slurm array are no even row of numbers, so they do not say which part this is; "
             "submit --array=1-N, or pass --shard I/N");
     }
-    return {(*id - first) / step + 1, *count};
+    return shard_by_name(shard_name({(*id - first) / step + 1, *count}));
 }
 
 void list_plan(const BatchCommand& command, const Plan& plan, const Shard& shard, std::span<const Job> jobs,
@@ -305,7 +306,8 @@ void add_batch(CLI::App& app) {
                "  map = \"maps/*.exr\"\n"
                "  rotate_y = {from = 0, to = 359, step = 1}\n"
                "  output = [\"out/{map}_{rotation:03}.exr\", \"out/{map}_{rotation:03}.png\"]\n\n"
-               "Each job's status is in batch.json beside the outputs (batch-I-of-N.json of a part; see `merge`).");
+               "Each job's status is in batch.json beside the outputs (batch-I-of-N.json of a part; see `merge`). " +
+                   fmt::format("A batch has at most {} pictures.", batch_limits::MOST_PICTURES));
     command->callback([options] { run(*options); });
 }
 
