@@ -170,6 +170,29 @@ TEST_F(CachesAmongUsers, OfPoclAreNotAnotherUsersFolderInTheTemporaryDirectory) 
     EXPECT_TRUE(names_in(own_).empty());
 }
 
+/// Root fills a folder for all: its entries are used, and none are added.
+TEST_F(CachesAmongUsers, ThatRootHasFilledAreReadByOthers) {
+    const fs::path filled = folder_.path() / "filled";
+    fs::create_directory(filled);
+    fs::permissions(folder_.path(), fs::perms(0755));
+    std::ofstream(folder_.file("jobs.toml")) << "[[job]]\nmap = \"jobs.toml\"\noutput = \"x.exr\"\n";
+    const fs::path home = folder_.path() / "home";
+    fs::create_directory(home);
+    OtherUser::give(home);
+    const fs::path program = folder_.path() / "clerestory";  // the build folder may be root's alone
+    fs::copy_file(CLERESTORY_PROGRAM, program);
+    const auto result =
+        run_command(OtherUser::words_for({program.string(), "batch", "--dry-run", folder_.file("jobs.toml")}),
+                    {.environment = {{"HOME", home.string()},
+                                     {"XDG_CACHE_HOME", ""},
+                                     {"CLERESTORY_CACHE_DIR", filled.string()},
+                                     {"POCL_CACHE_DIR", ""}},
+                     .folder = "/"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, Not(HasSubstr("warning")));
+    EXPECT_THAT(names_in(home / ".cache"), testing::ElementsAre("pocl")) << "no need of another place";
+}
+
 TEST_F(CachesAmongUsers, ThatAreNamedAndAnotherUsersAreNotUsed) {
     const fs::path named = folder_.path() / "named";
     fs::create_directory(named);

@@ -191,7 +191,7 @@ class MapScenes : public MapSources {
         const std::string lead = "<string name=\"filename\" value=\"";
         const std::size_t begin = xml.find(lead) + lead.size();
         const std::string name = xml.substr(begin, xml.find('"', begin) - begin);
-        EXPECT_THAT(read_file(file("s.pbrt")), HasSubstr("\"" + name + "\""));
+        EXPECT_THAT(read_file(file("s.pbrt")), HasSubstr("_equiarea.exr " + name + "\n"));
         flipped_ = xml.find("0 0 -1 0 0 -1 0 0") != std::string::npos;
         return name;
     }

@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* PROGRAMS = "CLERESTORY_CACHE_DIR";
+
 /// The user's own cache folder; empty without one.
 fs::path user_cache() {
     if (auto cache = folder_named_by("XDG_CACHE_HOME"); !cache.empty()) return cache;
@@ -58,13 +60,14 @@ struct Place {
 
 /// `wanted`, which is made if need be, where nobody but this user and root can write to it; a folder of this user's own
 /// within where it is one that everybody shares.
-Place safe_place(const fs::path& wanted) {
+///   filled  whether one that root has filled, and that this user can only read, will do
+Place safe_place(const fs::path& wanted, bool filled) {
     std::error_code error;
     fs::create_directories(wanted, error);
     if (error) return {{}, fmt::format("{} cannot be written: {}", wanted.string(), error.message())};
     const std::string doubt = Trust().doubt_of_folder(wanted, false);
     if (doubt.empty()) {
-        if (access(wanted.c_str(), W_OK | X_OK) == 0) return {wanted, {}};
+        if (access(wanted.c_str(), filled ? R_OK | X_OK : W_OK | X_OK) == 0) return {wanted, {}};
         return {{}, fmt::format("{} cannot be written: {}", wanted.string(), std::strerror(errno))};
     }
     if (fs::path own = own_folder_in(wanted); !own.empty()) return {own, {}};
@@ -72,17 +75,17 @@ Place safe_place(const fs::path& wanted) {
 }
 
 /// The first place of those that the user names (by a variable) and has (in a cache folder) that will do.
-Place first_place(const char* variable, const fs::path& cache, const char* within_cache) {
+Place first_place(const std::string& variable, const fs::path& cache, const char* within_cache) {
     Place place;
-    const auto is_found_in = [&place](const fs::path& wanted) {
-        const Place next = safe_place(wanted);
+    const auto is_found_in = [&place](const fs::path& wanted, bool filled) {
+        const Place next = safe_place(wanted, filled);
         place.folder = next.folder;
         if (place.why_not.empty()) place.why_not = next.why_not;
         return !place.folder.empty();
     };
-    const fs::path named = folder_named_by(variable);
-    if (!named.empty() && is_found_in(named)) return place;
-    if (!cache.empty() && is_found_in(cache / within_cache)) return place;
+    const fs::path named = folder_named_by(variable.c_str());
+    if (!named.empty() && is_found_in(named, variable == PROGRAMS)) return place;
+    if (!cache.empty() && is_found_in(cache / within_cache, false)) return place;
     if (place.why_not.empty()) place.why_not = "neither HOME nor XDG_CACHE_HOME names a folder";
     return place;
 }
@@ -93,7 +96,7 @@ void tell_pocl(const fs::path& folder) { setenv("POCL_CACHE_DIR", folder.empty()
 
 Caches find_caches() {
     const fs::path cache = user_cache();
-    const Place programs = first_place("CLERESTORY_CACHE_DIR", cache, "clerestory");
+    const Place programs = first_place(PROGRAMS, cache, "clerestory");
     const Place pocl = first_place("POCL_CACHE_DIR", cache, "pocl/kcache");
     const bool complete = !programs.folder.empty() && !pocl.folder.empty();
     const fs::path instead = complete ? fs::path() : temporary_folder();
@@ -104,8 +107,7 @@ Caches find_caches() {
     if (!complete && instead.empty()) {
         caches.trouble = fmt::format(
             "compiled kernels cannot be kept, and PoCL cannot work: {}, and no temporary folder is safe from others; "
-            "set "
-            "CLERESTORY_CACHE_DIR and POCL_CACHE_DIR to folders that only you can write to",
+            "set CLERESTORY_CACHE_DIR and POCL_CACHE_DIR to folders that only you can write to",
             why);
     } else if (!why.empty()) {
         const fs::path& kept = programs.why_not.empty() && !pocl.folder.empty() ? pocl.folder : caches.programs;
