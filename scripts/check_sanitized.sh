@@ -10,4 +10,4 @@ build sanitize clerestory_tests
 export ASAN_OPTIONS=detect_leaks=1:protect_shadow_gap=0:strict_string_checks=1
 export LSAN_OPTIONS=suppressions=$PWD/scripts/lsan.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
-"$builds/sanitize/tests/clerestory_tests" --gtest_brief=1 --gtest_filter="${CLERESTORY_SANITIZED_TESTS:-*Image*:*Exr*:Durable*:Png*:Atomic*:Trust*:TextEscape*:BatchLimits*:Comparison*:Program*:Cl*:Fresnel*:Plot*}"
+"$builds/sanitize/tests/clerestory_tests" --gtest_brief=1 --gtest_filter="${CLERESTORY_SANITIZED_TESTS:-*Image*:*Exr*:Durable*:Png*:Atomic*:Trust*:TextEscape*:Comparison*:Program*:Cl*:Fresnel*:Plot*}"
