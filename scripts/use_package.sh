@@ -25,6 +25,10 @@ say "a format that the module reads"
 clerestory render -q --size 9 -n 8 -o map.png
 clerestory info map.png | grep -q '9 x 9'
 
+say "sixteen descriptors are enough"
+(ulimit -n 16 && clerestory render -q --size 9 -n 8 map.png -o few.png)
+test -s few.png
+
 say "nobody else's code: in the current folder, in a shared cache, in a temporary folder"
 chmod 755 .
 install -d -o nobody evil evil/clerestory evil/clerestory/programs

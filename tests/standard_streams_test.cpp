@@ -91,10 +91,11 @@ TEST_F(StandardStreams, WhatWasToGoToStdoutIsMissedAndAPipeEndsTheProgramAsAnyOt
     EXPECT_EQ(run_unread("info --json -", ">&4 2>/dev/null"), SIGPIPE_STATUS);
 }
 
-TEST_F(StandardStreams, SixDescriptorsAreEnough) {
+/// PoCL 3.1 leaves this program enough of six, PoCL 6.0 needs a few more.
+TEST_F(StandardStreams, SixteenDescriptorsAreEnough) {
     ASSERT_EQ(run(render_, ""), 0);  // kernels are compiled by then
     fs::remove(folder_.path() / "x.exr");
-    const std::string line = fmt::format("cd {} && ulimit -n 6 && {} {}", shell_word(folder_.path().string()),
+    const std::string line = fmt::format("cd {} && ulimit -n 16 && {} {}", shell_word(folder_.path().string()),
                                          shell_word(CLERESTORY_PROGRAM), render_);
     EXPECT_EQ(run_command({"bash", "-c", line}).exit_code, 0);
     EXPECT_TRUE(fs::exists(folder_.path() / "x.exr"));
