@@ -3,10 +3,11 @@
 # compile. They serve the same device, driver and kernel sources only; anything else compiles its own, at its first run, as it
 # does where nothing could be compiled here.
 file(REMOVE_RECURSE ${SCRATCH} ${OUTPUT})
-file(MAKE_DIRECTORY ${SCRATCH}/pocl ${SCRATCH}/whole)
+file(MAKE_DIRECTORY ${SCRATCH}/pocl)
 set(ENV{POCL_CACHE_DIR} ${SCRATCH}/pocl)
 set(ENV{CLERESTORY_CACHE_DIR} ${SCRATCH}/programs)
-# Not OUTPUT itself: a program that is read from there has the kernels of before only.
+# Not OUTPUT itself: a program that is read from there has the kernels of before only. The program makes it: others may not write to it,
+# whatever the umask.
 set(ENV{CLERESTORY_PRECOMPILE_DIR} ${SCRATCH}/whole)
 foreach(command
     "info"

@@ -104,6 +104,17 @@ TEST_F(TrustTest, FoldersThatHoldTheProgramAreNotAsked) {
     EXPECT_FALSE(Trust::beside(program).read(entry_, ENOUGH)) << "but not this one";
 }
 
+TEST_F(TrustTest, WhatIsAsOpenAsTheProgramItselfIsReadBesideIt) {
+    const fs::path program = folder_.path() / "a/program";
+    write_raw(program, "");
+    for (const fs::path& path : {entry_, entry_.parent_path(), program}) {
+        EXPECT_EQ(Trust::beside(program).read(entry_, ENOUGH).has_value(), path == entry_) << path;
+        ASSERT_EQ(chmod(path.c_str(), 0777), 0);
+    }
+    EXPECT_TRUE(Trust::beside(program).read(entry_, ENOUGH));
+    EXPECT_FALSE(read());
+}
+
 class TrustAmongUsers : public TrustTest {
   protected:
     void SetUp() override {

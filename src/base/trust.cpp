@@ -15,8 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr mode_t OTHERS_MAY_WRITE = S_IWGRP | S_IWOTH;
-
 std::string system_message() { return std::generic_category().message(errno); }
 
 Descriptor open_folder(int from, const char* name) {
@@ -73,7 +71,10 @@ Trust::Trust() : owners_{geteuid(), 0} {}
 Trust Trust::beside(const fs::path& program) {
     Trust trust;
     struct stat state {};
-    if (::stat(program.c_str(), &state) == 0) trust.owners_.insert(state.st_uid);
+    if (::stat(program.c_str(), &state) == 0) {
+        trust.owners_.insert(state.st_uid);
+        trust.forbidden_ &= ~state.st_mode;
+    }
     const Descriptor folder = open_folder(AT_FDCWD, folder_of(program).c_str());
     walk_up(folder.get(), [&](const struct stat& above) {
         trust.program_folders_.emplace(above.st_dev, above.st_ino);
@@ -100,7 +101,7 @@ std::string Trust::doubt_of_folders(int folder, const fs::path& path, bool may_b
 }
 
 bool Trust::is_safe(const struct stat& folder, bool may_be_sticky) const {
-    const bool is_shared = (folder.st_mode & OTHERS_MAY_WRITE) != 0;
+    const bool is_shared = (folder.st_mode & forbidden_) != 0;
     return is_trusted(folder.st_uid) && (!is_shared || (may_be_sticky && (folder.st_mode & S_ISVTX) != 0));
 }
 
@@ -123,7 +124,7 @@ std::optional<std::string> Trust::read(const fs::path& file, std::size_t most_by
 std::string Trust::doubt_of_regular(const struct stat& file) const {
     if (!S_ISREG(file.st_mode)) return "it is no file";
     if (!is_trusted(file.st_uid)) return fmt::format("it belongs to user {}", file.st_uid);
-    return (file.st_mode & OTHERS_MAY_WRITE) != 0 ? "others can write to it" : "";
+    return (file.st_mode & forbidden_) != 0 ? "others can write to it" : "";
 }
 
 std::string Trust::doubt_of_file(const fs::path& file) const {

@@ -22,8 +22,8 @@ class Trust {
     /// This user's and root's files.
     Trust();
 
-    /// Files beside `program` too, as its owner has them: whoever can replace the program itself, or a folder above it,
-    /// needs nothing else.
+    /// Files beside `program` too, as its owner has them, and as open to others as it is itself (some file systems show
+    /// everything so): whoever can write to the program, or to a folder above it, needs nothing else.
     static Trust beside(const std::filesystem::path& program);
 
     /// All of a trusted file of up to `most_bytes`; nothing where it isn't there, is longer, or cannot be trusted.
@@ -45,6 +45,7 @@ class Trust {
     [[nodiscard]] bool is_trusted(uid_t owner) const { return owners_.contains(owner); }
 
     std::set<uid_t> owners_;
+    mode_t forbidden_ = S_IWGRP | S_IWOTH;  ///< bits of a mode that let others write
     std::set<Identity> program_folders_;  ///< the program's own folder and all above it
 };
 
