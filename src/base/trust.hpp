@@ -46,7 +46,7 @@ class Trust {
 
     std::set<uid_t> owners_;
     mode_t forbidden_ = S_IWGRP | S_IWOTH;  ///< bits of a mode that let others write
-    std::set<Identity> program_folders_;  ///< the program's own folder and all above it
+    std::set<Identity> program_folders_;    ///< the program's own folder and all above it
 };
 
 }  // namespace clerestory
