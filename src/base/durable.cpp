@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/descriptor.hpp"
+#include "base/folder_of.hpp"
 #include "error.hpp"
 
 namespace clerestory {
@@ -51,8 +52,6 @@ void sync_path(int (*sync)(int), const fs::path& path) {
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (file.get() >= 0) sync_with(sync, file.get(), path);
 }
-
-fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "base/descriptor.hpp"
+#include "base/folder_of.hpp"
 
 namespace clerestory {
 namespace {
@@ -37,8 +38,6 @@ bool walk_up(int folder, Visit visit) {
     }
     return false;
 }
-
-fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
 
 /// The folder so many steps above one, for a message.
 fs::path folder_above(const fs::path& folder, std::size_t steps) {
@@ -110,13 +109,18 @@ std::string Trust::doubt_of_folder(const fs::path& folder, bool may_be_sticky) c
     return opened.get() < 0 ? system_message() : doubt_of_folders(opened.get(), folder, may_be_sticky);
 }
 
-std::optional<std::string> Trust::read(const fs::path& file, std::size_t most_bytes) const {
+std::string Trust::open(const fs::path& file, Descriptor& opened, struct stat& state) const {
     const Descriptor folder = open_folder(AT_FDCWD, folder_of(file).c_str());
-    const Descriptor opened = open_file(folder.get(), file);
+    opened = open_file(folder.get(), file);
+    if (opened.get() < 0 || ::fstat(opened.get(), &state) != 0) return system_message();
+    const std::string doubt = doubt_of_regular(state);
+    return doubt.empty() ? doubt_of_folders(folder.get(), folder_of(file), true) : doubt;
+}
+
+std::optional<std::string> Trust::read(const fs::path& file, std::size_t most_bytes) const {
+    Descriptor opened(-1);
     struct stat state {};
-    if (opened.get() < 0 || ::fstat(opened.get(), &state) != 0) return std::nullopt;
-    if (!doubt_of_regular(state).empty() || !doubt_of_folders(folder.get(), folder_of(file), true).empty())
-        return std::nullopt;
+    if (!open(file, opened, state).empty()) return std::nullopt;
     const auto bytes = static_cast<std::size_t>(state.st_size);
     return bytes <= most_bytes ? read_all(opened.get(), bytes) : std::nullopt;
 }
@@ -128,12 +132,9 @@ std::string Trust::doubt_of_regular(const struct stat& file) const {
 }
 
 std::string Trust::doubt_of_file(const fs::path& file) const {
-    const Descriptor folder = open_folder(AT_FDCWD, folder_of(file).c_str());
-    const Descriptor opened = open_file(folder.get(), file);
+    Descriptor opened(-1);
     struct stat state {};
-    if (opened.get() < 0 || ::fstat(opened.get(), &state) != 0) return system_message();
-    const std::string doubt = doubt_of_regular(state);
-    return doubt.empty() ? doubt_of_folders(folder.get(), folder_of(file), true) : doubt;
+    return open(file, opened, state);
 }
 
 }  // namespace clerestory

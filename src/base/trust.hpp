@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "base/descriptor.hpp"
+
 namespace clerestory {
 
 /// Whose files are believed, where what they hold decides what the program does: built kernels, modules.
@@ -39,6 +41,8 @@ class Trust {
   private:
     using Identity = std::pair<dev_t, ino_t>;
 
+    /// Opens a file and looks at its state; why it is not trusted, or empty.
+    [[nodiscard]] std::string open(const std::filesystem::path& file, Descriptor& opened, struct stat& state) const;
     [[nodiscard]] std::string doubt_of_folders(int folder, const std::filesystem::path& path, bool may_be_sticky) const;
     [[nodiscard]] bool is_safe(const struct stat& folder, bool may_be_sticky) const;
     [[nodiscard]] std::string doubt_of_regular(const struct stat& file) const;
